@@ -1,0 +1,170 @@
+/* NSDF encoder: fits a network to a sequence of meshes and writes an `.nsdf` file.
+ *
+ *     nsdf_encoder_options opts;
+ *     nsdf_encoder *enc = NULL;
+ *     nsdf_encoder_options_init(&opts);
+ *     nsdf_encoder_create(&enc, &opts, &err);
+ *     for each frame: nsdf_encoder_add_frame(enc, frame_number, &mesh, &err);
+ *     nsdf_encoder_run(enc, progress, user, &err);
+ *     nsdf_encoder_write(enc, write, user, &err);
+ *     nsdf_encoder_close(&enc);
+ *
+ * The rules of nsdf/decoder.h hold: nothing prints or exits, out parameters are untouched on failure, one thread at a
+ * time per handle.  The same frames, options and seed give the same file, whatever the number of threads (on one kind
+ * of processor: other vector widths round differently while fitting).
+ */
+#ifndef NSDF_ENCODER_H
+#define NSDF_ENCODER_H
+
+#include "nsdf/decoder.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+typedef enum nsdf_preset {
+    NSDF_PRESET_FAST = 0,
+    NSDF_PRESET_MEDIUM = 1, /* default */
+    NSDF_PRESET_SLOW = 2,
+    NSDF_PRESET_THESIS = 3 /* 16 x 256 relu, tanh output, xyzt: the network of thesis chapter 8 */
+} nsdf_preset;
+
+typedef enum nsdf_model_input { NSDF_MODEL_XYZ = 0, NSDF_MODEL_XYZT = 1, NSDF_MODEL_FOURIER = 2 } nsdf_model_input;
+typedef enum nsdf_model_activation { NSDF_MODEL_SINE = 0, NSDF_MODEL_RELU = 1, NSDF_MODEL_TANH = 2 } nsdf_model_activation;
+typedef enum nsdf_tensor_time { NSDF_TIME_CONSTANT = 0, NSDF_TIME_SPLINE = 1, NSDF_TIME_LOW_RANK = 2 } nsdf_tensor_time;
+typedef enum nsdf_sampling { NSDF_SAMPLE_NEAR_SURFACE = 0, NSDF_SAMPLE_REJECTION = 1 } nsdf_sampling;
+typedef enum nsdf_loss {
+    NSDF_LOSS_WEIGHTED_MAE = 0,     /* |d| weighed by 1 / (1 + |d| / d0) */
+    NSDF_LOSS_MAE = 1,              /* thesis 4.1 */
+    NSDF_LOSS_SURFACE_SENSITIVE = 2 /* thesis 4.2, 4.9 to 4.11 */
+} nsdf_loss;
+typedef enum nsdf_time_norm { NSDF_TIME_UNIT = 0 /* 5.11 */, NSDF_TIME_SPEED = 1 /* 5.12, 5.13 */ } nsdf_time_norm;
+typedef enum nsdf_sdf_norm { NSDF_SDF_DIAGONAL = 0, NSDF_SDF_UNIT_RANGE = 1 /* [-1, 1], 5.10 */ } nsdf_sdf_norm;
+typedef enum nsdf_entropy_coder {
+    NSDF_CODER_NONE = 0,
+    NSDF_CODER_DEFLATE = 1,
+    NSDF_CODER_ZSTD = 2,
+    NSDF_CODER_RANGE = 3
+} nsdf_entropy_coder;
+
+typedef struct nsdf_encoder_options {
+    size_t struct_size;          /* set by nsdf_encoder_options_init */
+    uint32_t rate_num, rate_den; /* frames per second; default 25 / 1 */
+    uint32_t threads;            /* 0 = one per core */
+    uint64_t seed;               /* default 1 */
+    /* model */
+    nsdf_model_input input;
+    nsdf_model_activation activation;
+    uint32_t layers, width;      /* hidden layers 1..31, neurons each 1..1024 */
+    nsdf_tensor_time weight_time;        /* of the first layer's weights and the hidden biases; xyz input only */
+    double knot_spacing;         /* frames that were added per spline knot; default 4 */
+    uint32_t rank;               /* of low-rank tensors */
+    double omega_first, omega_hidden;    /* frequencies of sine layers */
+    uint32_t fourier_features;   /* rows of B */
+    double fourier_sigma;
+    int fourier_trained;         /* fit B and store it */
+    int output_tanh;
+    /* data */
+    nsdf_sampling sampling;
+    uint32_t samples_per_frame;  /* 0 = chosen from the number of frames */
+    double d_half;               /* d_0.5 of rejection sampling, fraction of the diagonal (thesis 5.2) */
+    nsdf_time_norm time_norm;
+    nsdf_sdf_norm sdf_norm;
+    double shell;                /* > 0: the surface is a sheet of this thickness, world units */
+    /* fitting */
+    nsdf_loss loss;
+    double loss_d0;              /* of the weighted loss, fraction of the diagonal */
+    double loss_delta, loss_slope; /* delta (fraction of the diagonal) and s of the surface-sensitive loss */
+    uint64_t steps;              /* of Adam */
+    uint32_t batch_frames, batch_points; /* each step: so many frames, so many points of each */
+    double learning_rate;
+    /* coding */
+    double weight_bits;          /* 4..16: levels per tensor are about 2^bits; 32 = float32 */
+    int quantise_aware;          /* rounding simulated in the last part of fitting; 0 = the thesis's min-max
+                                    quantiser, applied afterwards (4.13, 4.14) */
+    nsdf_entropy_coder entropy;
+    /* output */
+    uint32_t resolution;         /* stored default resolution; default 192 */
+    int verify;                  /* decode the file, measure and store its error; default on */
+} nsdf_encoder_options;
+
+/* Sets every field for a preset. */
+NSDF_API void nsdf_encoder_options_init(nsdf_encoder_options *options, nsdf_preset preset);
+
+typedef struct nsdf_encoder_error {
+    nsdf_status status;
+    char message[240]; /* never empty after a failure */
+} nsdf_encoder_error;
+
+typedef struct nsdf_encoder nsdf_encoder;
+
+/* Triangles of one frame; borrowed during the call only. */
+typedef struct nsdf_input_mesh {
+    const double *positions; /* [vertex_count][3], world units */
+    const uint32_t *indices; /* [triangle_count][3], counter-clockwise from outside */
+    uint32_t vertex_count, triangle_count;
+} nsdf_input_mesh;
+
+NSDF_API NSDF_MUST_USE nsdf_status nsdf_encoder_create(nsdf_encoder **encoder, const nsdf_encoder_options *options,
+                                                       nsdf_encoder_error *error);
+NSDF_API void nsdf_encoder_close(nsdf_encoder **encoder);
+
+/* Adds the mesh of a nominal frame.  Frame numbers ascend; the first added becomes time 0.  Frames may be left out:
+ * the surface is interpolated there. */
+NSDF_API NSDF_MUST_USE nsdf_status nsdf_encoder_add_frame(nsdf_encoder *encoder, uint32_t frame,
+                                                          const nsdf_input_mesh *mesh, nsdf_encoder_error *error);
+
+typedef enum nsdf_stage {
+    NSDF_STAGE_SAMPLE = 0,
+    NSDF_STAGE_FIT = 1,
+    NSDF_STAGE_CODE = 2,
+    NSDF_STAGE_VERIFY = 3
+} nsdf_stage;
+
+typedef struct nsdf_progress {
+    nsdf_stage stage;
+    double fraction;    /* of the stage, 0 to 1 */
+    double elapsed;     /* seconds since nsdf_encoder_run began */
+    double error;       /* fitting: running mean |f - d| near the surface, fraction of the diagonal */
+    double samples_per_second;
+    double eta;         /* seconds left of the stage; < 0 unknown */
+} nsdf_progress;
+
+/* What a progress callback answers. */
+enum {
+    NSDF_CONTINUE = 0,
+    NSDF_FINISH = 1, /* stop fitting, but code and verify: the file is valid, and less accurate */
+    NSDF_ABORT = 2   /* stop with NSDF_CANCELLED */
+};
+typedef int (*nsdf_progress_fn)(void *user, const nsdf_progress *progress);
+
+/* Samples, fits, quantises, codes and verifies.  progress may be NULL; it is called on the calling thread. */
+NSDF_API NSDF_MUST_USE nsdf_status nsdf_encoder_run(nsdf_encoder *encoder, nsdf_progress_fn progress, void *user,
+                                                    nsdf_encoder_error *error);
+
+/* The file's bytes, after nsdf_encoder_run.  `write` returns 0, or nonzero to stop with NSDF_IO. */
+NSDF_API NSDF_MUST_USE nsdf_status nsdf_encoder_write(nsdf_encoder *encoder,
+                                                      int (*write)(void *user, const void *data, size_t size),
+                                                      void *user, nsdf_encoder_error *error);
+
+typedef struct nsdf_encoder_stats {
+    uint32_t frames;             /* added */
+    uint64_t triangles;          /* in all frames */
+    uint64_t open_edges;         /* boundary and non-manifold edges in all frames */
+    uint32_t open_frames;        /* frames that are not closed: signs by winding number */
+    double diagonal;             /* world units */
+    uint64_t parameters;
+    uint64_t file_size;          /* bytes */
+    uint64_t steps, samples;     /* Adam steps made; points seen */
+    double fit_error;            /* as nsdf_progress.error at the end */
+    double bound;                /* extraction bound stored in the file */
+    double seconds_sample, seconds_fit, seconds_code, seconds_verify;
+    nsdf_quality quality;
+} nsdf_encoder_stats;
+
+NSDF_API NSDF_MUST_USE nsdf_status nsdf_encoder_get_stats(const nsdf_encoder *encoder, nsdf_encoder_stats *stats);
+
+#ifdef __cplusplus
+}
+#endif
+#endif

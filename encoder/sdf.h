@@ -1,0 +1,33 @@
+/* Signed distance to a triangle mesh (thesis 5.1): bounding volume hierarchy, nearest point on face, edge or vertex,
+ * sign by angle-weighted pseudo-normals (Baerentzen & Aanaes 2005), or by generalised winding number (Jacobson et al.
+ * 2013; hierarchical dipole expansion after Barill et al. 2018) where the mesh is not closed. */
+#ifndef NSDF_SDF_H
+#define NSDF_SDF_H
+
+#include "surface.h"
+
+typedef struct nsdf_sdf nsdf_sdf;
+
+typedef enum nsdf_sign_rule {
+    NSDF_SIGN_PSEUDO_NORMAL = 0, /* exact for closed, consistently oriented meshes */
+    NSDF_SIGN_WINDING = 1,       /* inside where the winding number is above 1/2 */
+    NSDF_SIGN_SHELL = 2          /* unsigned distance minus half the thickness */
+} nsdf_sign_rule;
+
+/* Builds the hierarchy; the surface is borrowed and must stay unchanged.  NULL when memory ran out or the surface has
+ * no triangle.  `thickness` is for NSDF_SIGN_SHELL only, normalised units.  Triangles without area count as the
+ * segments or points they are. */
+nsdf_sdf *nsdf_sdf_create(const nsdf_surface *surface, nsdf_sign_rule rule, float thickness);
+void nsdf_sdf_free(nsdf_sdf *sdf);
+
+/* Negative inside.  Read-only: may be called from many threads. */
+float nsdf_sdf_distance(const nsdf_sdf *sdf, const float point[3]);
+
+/* Unsigned distance to the triangles; *nearest (may be NULL) gets the nearest point.  Looks no further than
+ * `limit` (pass INFINITY for none) and returns `limit` when nothing is nearer. */
+float nsdf_sdf_unsigned(const nsdf_sdf *sdf, const float point[3], float limit, float nearest[3]);
+
+/* Generalised winding number at a point: 1 inside, 0 outside of a closed outward mesh. */
+float nsdf_sdf_winding(const nsdf_sdf *sdf, const float point[3]);
+
+#endif
