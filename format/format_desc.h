@@ -20,7 +20,7 @@ enum {
     NSDF_MAX_WIDTH = 1024,
     NSDF_MAX_FOURIER = 512, /* rows of B; the first layer then has twice as many inputs */
     NSDF_MIN_KNOTS = 4,
-    NSDF_MAX_KNOTS = 1 << 16,
+    NSDF_MAX_KNOTS = 65535,
     NSDF_MAX_RANK = 256,
     NSDF_MAX_QUANTISED = 1 << 24, /* |q| stays below this, so that q is exact in a float */
     NSDF_MAX_RESOLUTION = 4096

@@ -1,4 +1,5 @@
-/* The random matrix B of the Fourier features (thesis 5.3), the same on every machine (spec, section "Fourier"). */
+/* The random matrix B of the Fourier features (thesis 5.3), the same on every machine (spec, section "Evaluating a
+ * network"). */
 #ifndef NSDF_FOURIER_H
 #define NSDF_FOURIER_H
 

@@ -1,4 +1,4 @@
-/* Uniform cubic B-spline over u in [0, 1] with `knots` control points (spec, section "Time"). */
+/* Uniform cubic B-spline over u in [0, 1] with `knots` control points (spec, section "Evaluating a network"). */
 #ifndef NSDF_SPLINE_H
 #define NSDF_SPLINE_H
 
