@@ -6,7 +6,8 @@
 
 typedef struct nsdf_memory {
     nsdf_allocator hook;
-    uint64_t used, peak, limit; /* bytes */
+    uint64_t used, peak, limit;       /* bytes */
+    const struct nsdf_memory *beside; /* NULL, or an account whose bytes count towards this one's limit too */
 } nsdf_memory;
 
 /* hook NULL or with NULL functions = malloc and free. */

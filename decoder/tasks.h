@@ -7,7 +7,8 @@
 typedef struct nsdf_tasks nsdf_tasks;
 
 /* threads: 0 = one per core.  With a runner (runner->run not NULL) no thread is ever started. */
-nsdf_status nsdf_tasks_create(nsdf_memory *memory, uint32_t threads, const nsdf_task_runner *runner, nsdf_tasks **tasks);
+nsdf_status nsdf_tasks_create(nsdf_memory *memory, uint32_t threads, const nsdf_task_runner *runner,
+                              nsdf_tasks **tasks);
 void nsdf_tasks_free(nsdf_tasks **tasks);
 
 /* How many tasks may run at once; task functions get a `worker` below it and may use per-worker scratch memory. */

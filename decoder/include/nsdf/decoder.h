@@ -115,15 +115,15 @@ enum { NSDF_CPU_AVX2 = 1, NSDF_CPU_AVX512 = 2, NSDF_CPU_NEON = 4 };
 #define NSDF_CPU_ALL 0xffffffffu
 
 typedef struct nsdf_decoder_options {
-    size_t struct_size;        /* set by nsdf_decoder_options_init */
-    uint32_t threads;          /* 0 = one per core (default); at most 256 */
-    uint32_t cpu_mask;         /* NSDF_CPU_...; default NSDF_CPU_ALL; 0 = plain C */
-    uint64_t max_memory;       /* bytes the handle and its meshes may hold at once; default 1 GiB */
-    uint32_t max_resolution;   /* largest resolution that extraction accepts; default 1024 */
-    uint32_t check_all;        /* nonzero: opening reads every chunk and checks its CRC-32; default 0: the front of
-                                  the file at once, each segment when it is first needed */
-    nsdf_allocator allocator;  /* default: malloc and free */
-    nsdf_task_runner runner;   /* default: threads of the library's own, started at the first need */
+    size_t struct_size;       /* set by nsdf_decoder_options_init */
+    uint32_t threads;         /* 0 = one per core (default); at most 256 */
+    uint32_t cpu_mask;        /* NSDF_CPU_...; default NSDF_CPU_ALL; 0 = plain C */
+    uint64_t max_memory;      /* bytes the handle and its meshes may hold at once; default 1 GiB */
+    uint32_t max_resolution;  /* largest resolution that extraction accepts; default 1024 */
+    uint32_t check_all;       /* nonzero: opening reads every chunk and checks its CRC-32; default 0: the front of
+                                 the file at once, each segment when it is first needed */
+    nsdf_allocator allocator; /* default: malloc and free */
+    nsdf_task_runner runner;  /* default: threads of the library's own, started at the first need */
 } nsdf_decoder_options;
 
 /* Sets every field to its default. */
@@ -154,7 +154,8 @@ NSDF_API NSDF_MUST_USE nsdf_status nsdf_open_callbacks(nsdf_decoder **decoder, c
 /* Frees everything but meshes, sets *decoder to NULL.  NULL and pointers to NULL are ignored. */
 NSDF_API void nsdf_close(nsdf_decoder **decoder);
 
-/* Details of the last failure of a call on this handle; status NSDF_OK if none failed yet. */
+/* Details of the last failure of a call on this handle (of those that do not take it as const); status NSDF_OK if
+ * none failed yet. */
 NSDF_API NSDF_MUST_USE nsdf_status nsdf_get_error(const nsdf_decoder *decoder, nsdf_error *error);
 
 /* ---- What is in the file -------------------------------------------------------------------------------- */
@@ -171,18 +172,18 @@ typedef struct nsdf_quality {
 
 typedef struct nsdf_info {
     uint32_t format_major, format_minor;
-    uint64_t file_size;             /* bytes */
-    uint32_t rate_num, rate_den;    /* nominal frames per second, as a fraction */
-    uint32_t frame_count;           /* nominal frames; frame i is at i * rate_den / rate_num seconds */
-    double duration;                /* seconds from the first frame to the last */
+    uint64_t file_size;          /* bytes */
+    uint32_t rate_num, rate_den; /* nominal frames per second, as a fraction */
+    uint32_t frame_count;        /* nominal frames; frame i is at i * rate_den / rate_num seconds */
+    double duration;             /* seconds from the first frame to the last */
     uint32_t segment_count;
-    double box_min[3], box_max[3];  /* of the input, over the whole sequence; world units */
-    double diagonal;                /* length of that box's diagonal; errors are fractions of it */
+    double box_min[3], box_max[3];       /* of the input, over the whole sequence; world units */
+    double diagonal;                     /* length of that box's diagonal; errors are fractions of it */
     double domain_min[3], domain_max[3]; /* where the field is defined and surfaces are looked for; world units */
-    uint32_t default_resolution;    /* cells along the longest side of the domain */
-    double extraction_bound;        /* see nsdf_mesh_options.dense */
-    uint64_t parameter_count;       /* over all segments */
-    uint64_t parameter_hash;        /* of the dequantised parameters of all segments */
+    uint32_t default_resolution;         /* cells along the longest side of the domain */
+    double extraction_bound;             /* see nsdf_mesh_options.dense */
+    uint64_t parameter_count;            /* over all segments; 0 until each was loaded once (nsdf_get_segment_info) */
+    uint64_t parameter_hash;             /* of the dequantised parameters of all segments */
     nsdf_quality quality;
 } nsdf_info;
 
@@ -195,11 +196,11 @@ NSDF_API NSDF_MUST_USE nsdf_status nsdf_get_metadata(const nsdf_decoder *decoder
 
 /* One segment, and the shape of its network. */
 typedef struct nsdf_segment_info {
-    double start, end;        /* seconds */
-    uint64_t offset, size;    /* of its chunk in the file, bytes */
+    double start, end;     /* seconds */
+    uint64_t offset, size; /* of its chunk in the file, bytes */
     uint64_t parameter_count;
-    uint32_t layers, width;   /* of the network part: layers with parameters, the widest of them */
-    char entropy[8];          /* "none", "deflate", "zstd", "range" */
+    uint32_t layers, width; /* of the network part: layers with parameters, the widest of them */
+    char entropy[8];        /* "none", "deflate", "zstd", "range" */
 } nsdf_segment_info;
 
 /* Loads the segment if it is not loaded. */
@@ -266,9 +267,9 @@ NSDF_API void nsdf_mesh_free(nsdf_mesh **mesh);
 /* Buffers of the caller.  The counts are filled in on success and on NSDF_BUFFER_TOO_SMALL (then nothing else is
  * written, and a call with those capacities succeeds). */
 typedef struct nsdf_mesh_buffers {
-    float *positions;             /* room for 3 * vertex_capacity */
-    float *normals;               /* the same, or NULL */
-    uint32_t *indices;            /* room for 3 * triangle_capacity */
+    float *positions;  /* room for 3 * vertex_capacity */
+    float *normals;    /* the same, or NULL */
+    uint32_t *indices; /* room for 3 * triangle_capacity */
     uint32_t vertex_capacity, triangle_capacity;
     uint32_t vertex_count, triangle_count;
 } nsdf_mesh_buffers;

@@ -1,0 +1,199 @@
+/* nsdf-dec: decodes .nsdf files to triangle meshes. */
+#include <errno.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "cli_util.h"
+#include "dec_bench.h"
+#include "dec_info.h"
+#include "dec_options.h"
+#include "dec_output.h"
+#include "dec_times.h"
+
+static int is_interrupted(void *user) {
+    (void)user;
+    return nsdf_cli_interrupts() > 0;
+}
+
+/* A call on the handle failed; the details are kept there. */
+static int report(const dec_options *options, const nsdf_decoder *decoder, nsdf_status status) {
+    nsdf_error error;
+    if (status == NSDF_CANCELLED) {
+        nsdf_cli_error("interrupted");
+        return NSDF_CLI_FAILURE;
+    }
+    if (nsdf_get_error(decoder, &error) != NSDF_OK || error.status != status) {
+        memset(&error, 0, sizeof error);
+        error.status = status;
+    }
+    nsdf_cli_nsdf_error(options->input, &error);
+    return NSDF_CLI_FAILURE;
+}
+
+static void set_decoder_options(const dec_options *options, nsdf_decoder_options *out) {
+    nsdf_decoder_options_init(out);
+    out->threads = options->threads;
+    out->cpu_mask = options->cpu_mask;
+    out->check_all = 1;
+    if (options->max_memory)
+        out->max_memory = options->max_memory;
+    if (options->resolution > out->max_resolution)
+        out->max_resolution = options->resolution;
+}
+
+static void set_mesh_options(const dec_options *options, nsdf_mesh_options *out) {
+    nsdf_mesh_options_init(out);
+    out->resolution = options->resolution;
+    out->normals = options->normals != 0;
+    out->projection = options->projection;
+    out->dense = options->dense != 0;
+    out->cancel = is_interrupted;
+}
+
+/* ---- Extraction -------------------------------------------------------------------------------------------- */
+
+typedef struct tally {
+    double started, triangles, first_empty;
+    uint32_t frames, empty;
+} tally;
+
+static int extract_frame(const dec_options *options, nsdf_decoder *decoder, const dec_output *output, double seconds,
+                         nsdf_mesh **mesh, tally *t) {
+    nsdf_mesh_options mesh_options;
+    nsdf_mesh_view view;
+    set_mesh_options(options, &mesh_options);
+    nsdf_status status = nsdf_extract_mesh(decoder, seconds, &mesh_options, mesh);
+    if (status == NSDF_OK)
+        status = nsdf_mesh_get_view(*mesh, &view);
+    if (status == NSDF_OK && is_interrupted(NULL))
+        status = NSDF_CANCELLED;
+    if (status != NSDF_OK)
+        return report(options, decoder, status);
+    if (view.vertex_count == 0 && t->empty++ == 0)
+        t->first_empty = seconds;
+    t->triangles += view.triangle_count;
+    nsdf_cli_verbose("%.9g s: %lu vertices, %lu triangles", seconds, (unsigned long)view.vertex_count,
+                     (unsigned long)view.triangle_count);
+    return dec_output_write(output, t->frames++, seconds, &view);
+}
+
+static void summarise(const dec_options *options, const nsdf_decoder *decoder, const dec_output *output,
+                      const tally *t) {
+    nsdf_info info;
+    const double elapsed = dec_clock() - t->started;
+    if (t->empty > 0)
+        nsdf_cli_warn("%lu of %lu frames have no surface, the first at %.9g s", (unsigned long)t->empty,
+                      (unsigned long)t->frames, t->first_empty);
+    if (nsdf_get_info(decoder, &info) != NSDF_OK)
+        return;
+    char *first = NULL, *last = NULL;
+    if (output->kind == DEC_OUTPUT_FILES) {
+        first = dec_output_name(output, 0);
+        last = dec_output_name(output, t->frames - 1);
+    }
+    nsdf_cli_say("%lu frame%s, resolution %lu, %.0f triangles on average, %.3g ms a frame%s%s%s%s",
+                 (unsigned long)t->frames, t->frames == 1 ? "" : "s",
+                 (unsigned long)(options->resolution ? options->resolution : info.default_resolution),
+                 t->triangles / t->frames, 1e3 * elapsed / t->frames, first ? " -> " : "", first ? first : "",
+                 last && t->frames > 1 ? " ... " : "", last && t->frames > 1 ? last : "");
+    free(first);
+    free(last);
+}
+
+static int extract_all(const dec_options *options, nsdf_decoder *decoder, const dec_output *output,
+                       const dec_times *times) {
+    nsdf_mesh *mesh = NULL;
+    tally t = {.started = dec_clock()};
+    int result = dec_output_check_count(output, times->count);
+    for (uint32_t i = 0; i < times->count && result == NSDF_CLI_SUCCESS; i++) {
+        nsdf_cli_progress("frame %lu of %lu", (unsigned long)i + 1, (unsigned long)times->count);
+        result = extract_frame(options, decoder, output, times->seconds[i], &mesh, &t);
+    }
+    nsdf_mesh_free(&mesh);
+    if (result == NSDF_CLI_SUCCESS && nsdf_cli_commit() != 0)
+        result = NSDF_CLI_FAILURE;
+    if (result == NSDF_CLI_SUCCESS)
+        summarise(options, decoder, output, &t);
+    return result;
+}
+
+/* ---- Other actions ----------------------------------------------------------------------------------------- */
+
+static int verify(const dec_options *options, nsdf_decoder *decoder) {
+    nsdf_info info;
+    nsdf_status status = nsdf_verify(decoder);
+    if (status == NSDF_OK)
+        status = nsdf_get_info(decoder, &info);
+    if (status != NSDF_OK)
+        return report(options, decoder, status);
+    printf("%s: ok (%lu frames, %lu segments, %llu parameters, hash %016llx)\n", options->input,
+           (unsigned long)info.frame_count, (unsigned long)info.segment_count, (unsigned long long)info.parameter_count,
+           (unsigned long long)info.parameter_hash);
+    return NSDF_CLI_SUCCESS;
+}
+
+static int bench(const dec_options *options, nsdf_decoder *decoder, const dec_times *times) {
+    nsdf_decoder_options open_options;
+    nsdf_mesh_options mesh_options;
+    set_decoder_options(options, &open_options);
+    set_mesh_options(options, &mesh_options);
+    const nsdf_status status = dec_bench_run(decoder, options, &open_options, &mesh_options, times);
+    return status == NSDF_OK ? NSDF_CLI_SUCCESS : report(options, decoder, status);
+}
+
+static int decode_times(const dec_options *options, nsdf_decoder *decoder, const dec_output *output) {
+    dec_times times;
+    int result = dec_times_choose(options, decoder, &times);
+    if (result == NSDF_CLI_SUCCESS)
+        result = options->action == DEC_BENCH ? bench(options, decoder, &times)
+                                              : extract_all(options, decoder, output, &times);
+    dec_times_free(&times);
+    return result;
+}
+
+static int info(const dec_options *options, nsdf_decoder *decoder) {
+    const nsdf_status status =
+        options->json ? dec_info_print_json(decoder, options->input) : dec_info_print(decoder, options->input);
+    return status == NSDF_OK ? NSDF_CLI_SUCCESS : report(options, decoder, status);
+}
+
+static int run(const dec_options *options) {
+    nsdf_decoder_options decoder_options;
+    nsdf_decoder *decoder = NULL;
+    nsdf_error error;
+    dec_output output;
+    if (options->action == DEC_NOTHING)
+        return NSDF_CLI_SUCCESS;
+    if (options->action == DEC_EXTRACT) {
+        const int result = dec_output_prepare(options, &output);
+        if (result != NSDF_CLI_SUCCESS)
+            return result;
+        nsdf_cli_catch_signals();
+    }
+    set_decoder_options(options, &decoder_options);
+    if (nsdf_open_file(&decoder, options->input, &decoder_options, &error) != NSDF_OK) {
+        nsdf_cli_nsdf_error(options->input, &error);
+        return NSDF_CLI_FAILURE;
+    }
+    nsdf_cli_verbose("%s kernels", nsdf_kernel_name(decoder));
+    const int result = options->action == DEC_INFO     ? info(options, decoder)
+                       : options->action == DEC_VERIFY ? verify(options, decoder)
+                                                       : decode_times(options, decoder, &output);
+    nsdf_close(&decoder);
+    return result;
+}
+
+int main(int argc, char **argv) {
+    dec_options options;
+    nsdf_cli_begin("nsdf-dec");
+    int result = dec_options_parse(argc, argv, &options);
+    if (result == NSDF_CLI_SUCCESS)
+        result = run(&options);
+    nsdf_cli_abort();
+    if (fflush(stdout) != 0 && result == NSDF_CLI_SUCCESS) {
+        nsdf_cli_error("cannot write standard output: %s", strerror(errno));
+        result = NSDF_CLI_FAILURE;
+    }
+    return result;
+}

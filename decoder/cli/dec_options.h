@@ -1,0 +1,31 @@
+/* The command line of nsdf-dec. */
+#ifndef NSDF_DEC_OPTIONS_H
+#define NSDF_DEC_OPTIONS_H
+
+#include "nsdf/export.h"
+
+typedef enum dec_action {
+    DEC_NOTHING = 0, /* help or version was printed */
+    DEC_EXTRACT,
+    DEC_INFO,
+    DEC_VERIFY,
+    DEC_BENCH
+} dec_action;
+
+typedef struct dec_options {
+    dec_action action;
+    const char *input, *output;  /* borrowed from argv, like the other strings */
+    const char *times, *frames;  /* as given, or NULL */
+    uint32_t rate_num, rate_den; /* of --fps; rate_num 0 when not given */
+    uint32_t resolution;         /* 0 = the file's */
+    uint32_t projection, threads, cpu_mask, start_number;
+    uint64_t max_memory; /* 0 = the library's default */
+    int normals, dense, json;
+    int has_format;
+    nsdf_mesh_format format;
+} dec_options;
+
+/* NSDF_CLI_SUCCESS, or NSDF_CLI_USAGE after printing why. */
+int dec_options_parse(int argc, char **argv, dec_options *options);
+
+#endif

@@ -1,0 +1,30 @@
+/* Where decoded meshes go. */
+#ifndef NSDF_DEC_OUTPUT_H
+#define NSDF_DEC_OUTPUT_H
+
+#include "dec_options.h"
+
+typedef enum dec_output_kind { DEC_OUTPUT_FILES, DEC_OUTPUT_STDOUT, DEC_OUTPUT_HASH, DEC_OUTPUT_NULL } dec_output_kind;
+
+/* A file name, or a pattern with one %d, %4d or %04d taken apart. */
+typedef struct dec_output {
+    dec_output_kind kind;
+    nsdf_mesh_format format;
+    const char *name;
+    size_t prefix_length;
+    const char *suffix; /* behind the conversion; NULL when there is none */
+    int width, zeros;
+    uint32_t start_number;
+} dec_output;
+
+/* NSDF_CLI_SUCCESS, or NSDF_CLI_USAGE after printing why. */
+int dec_output_prepare(const dec_options *options, dec_output *output);
+/* The same, once it is known how many frames there will be. */
+int dec_output_check_count(const dec_output *output, uint32_t count);
+/* Writes frame `index` of the output.  NSDF_CLI_SUCCESS, or NSDF_CLI_FAILURE after printing why.  Files stay under
+ * their temporary names until nsdf_cli_commit. */
+int dec_output_write(const dec_output *output, uint32_t index, double seconds, const nsdf_mesh_view *view);
+/* The name of a frame's file, in a buffer that the caller frees; NULL when memory ran out. */
+char *dec_output_name(const dec_output *output, uint32_t index);
+
+#endif

@@ -1,0 +1,43 @@
+/* Evaluation of a composed segment, tile by tile. */
+#include "segment_field.h"
+
+#include <string.h>
+
+/* value += scale * output + offset for the whole tile; the same for the gradient without the offset. */
+static void add_part(const nsdf_network *network, const nsdf_net_kernels *kernels, float *scratch, const float *xyz,
+                     float *value, float *gradient) {
+    float output[NSDF_TILE], slope[3 * NSDF_TILE];
+    nsdf_network_evaluate(network, kernels, scratch, xyz, output, gradient ? slope : NULL);
+    for (int p = 0; p < NSDF_TILE; p++)
+        value[p] += network->value_scale * output[p] + network->value_offset;
+    for (int p = 0; gradient && p < 3 * NSDF_TILE; p++)
+        gradient[p] += network->value_scale * slope[p];
+}
+
+/* The last tile of a call is filled up with copies of its first point. */
+static void gather(size_t from, size_t count, const float *const xyz[3], float *tile) {
+    for (int axis = 0; axis < 3; axis++) {
+        float *row = tile + axis * NSDF_TILE;
+        memcpy(row, xyz[axis] + from, count * sizeof *row);
+        for (size_t p = count; p < NSDF_TILE; p++)
+            row[p] = row[0];
+    }
+}
+
+void nsdf_segment_field_evaluate(void *user, uint32_t worker, size_t count, const float *const xyz[3], float *value,
+                                 float *const grad[3]) {
+    const nsdf_segment_field *field = user;
+    const nsdf_segment *segment = field->segment;
+    float *scratch = field->scratch + worker * field->scratch_stride;
+    const int wants_gradient = grad && grad[0];
+    for (size_t from = 0; from < count; from += NSDF_TILE) {
+        const size_t n = count - from < NSDF_TILE ? count - from : NSDF_TILE;
+        float tile[3 * NSDF_TILE], sum[NSDF_TILE] = {0.0f}, slope[3 * NSDF_TILE] = {0.0f};
+        gather(from, n, xyz, tile);
+        for (uint32_t i = 0; i < segment->part_count; i++)
+            add_part(&segment->parts[i].network, field->kernels, scratch, tile, sum, wants_gradient ? slope : NULL);
+        memcpy(value + from, sum, n * sizeof *value);
+        for (int axis = 0; wants_gradient && axis < 3; axis++)
+            memcpy(grad[axis] + from, slope + axis * NSDF_TILE, n * sizeof *value);
+    }
+}

@@ -1,0 +1,130 @@
+/* The run of one frame from phase to phase, and what the phases share. */
+#include "mesher_internal.h"
+
+#include <math.h>
+#include <string.h>
+#include <time.h>
+
+nsdf_status nsdf_mesher_reserve(nsdf_mesher *mesher, nsdf_array *array, uint64_t count, uint64_t used,
+                                size_t element_size) {
+    return nsdf_memory_grow(mesher->memory, &array->data, &array->capacity, count, used, element_size);
+}
+
+typedef struct slice {
+    nsdf_mesher *mesher;
+    nsdf_task_fn fn;
+    uint32_t first;
+} slice;
+
+static void run_in_slice(void *data, uint32_t index, uint32_t worker) {
+    const slice *s = data;
+    s->fn(s->mesher, s->first + index, worker);
+}
+
+static double seconds(void) {
+    struct timespec now;
+    return timespec_get(&now, TIME_UTC) ? (double)now.tv_sec + 1e-9 * (double)now.tv_nsec : 0;
+}
+
+/* The clock chooses only how much is done between two questions, never what is done. */
+nsdf_status nsdf_mesher_parallel(nsdf_mesher *mesher, uint64_t count, nsdf_task_fn fn) {
+    const nsdf_mesher_job *job = mesher->job;
+    if (count > UINT32_MAX)
+        return NSDF_LIMIT;
+    uint32_t size = job->cancel ? nsdf_tasks_workers(mesher->tasks) : (uint32_t)count;
+    for (uint32_t first = 0; first < count;) {
+        if (job->cancel && job->cancel(job->cancel_user))
+            return NSDF_CANCELLED;
+        slice s = {mesher, fn, first};
+        const uint32_t n = nsdf_min_u32(size, (uint32_t)count - first);
+        const double start = seconds();
+        nsdf_tasks_run(mesher->tasks, n, run_in_slice, &s);
+        const double elapsed = seconds() - start;
+        if (elapsed < 0.004 && size < UINT32_MAX / 2)
+            size *= 2;
+        if (elapsed > 0.016 && size > 1)
+            size /= 2;
+        first += n;
+    }
+    return NSDF_OK;
+}
+
+nsdf_status nsdf_mesher_create(nsdf_memory *memory, nsdf_tasks *tasks, nsdf_mesher **mesher) {
+    void *block;
+    const nsdf_status status = nsdf_memory_take(memory, sizeof **mesher, &block);
+    if (status != NSDF_OK)
+        return status;
+    memset(block, 0, sizeof **mesher);
+    *mesher = block;
+    (*mesher)->memory = memory;
+    (*mesher)->tasks = tasks;
+    return NSDF_OK;
+}
+
+void nsdf_mesher_free(nsdf_mesher **mesher) {
+    if (!mesher || !*mesher)
+        return;
+    nsdf_mesher *m = *mesher;
+    nsdf_memory *memory = m->memory;
+    nsdf_array *arrays[] = {&m->coordinates,  &m->table, &m->bricks, &m->order, &m->values, &m->points,
+                            &m->point_values, &m->cubes, &m->split,  &m->loose, &m->scratch};
+    for (size_t i = 0; i < sizeof arrays / sizeof *arrays; i++)
+        nsdf_memory_give(memory, arrays[i]->data);
+    nsdf_memory_give(memory, m);
+    *mesher = NULL;
+}
+
+void nsdf_mesh_storage_free(nsdf_memory *storage_memory, nsdf_mesh_storage *storage) {
+    nsdf_memory_give(storage_memory, storage->positions);
+    nsdf_memory_give(storage_memory, storage->normals);
+    nsdf_memory_give(storage_memory, storage->indices);
+    memset(storage, 0, sizeof *storage);
+}
+
+static int job_is_valid(const nsdf_mesher_job *job) {
+    if (job->resolution < 2 || job->resolution > NSDF_MESHER_MAX_RESOLUTION)
+        return 0;
+    double longest = 0;
+    for (int a = 0; a < 3; a++) {
+        const double side = (double)job->domain_max[a] - (double)job->domain_min[a];
+        if (!isfinite(side) || side < 0)
+            return 0;
+        if (side > longest)
+            longest = side;
+    }
+    return longest > 0;
+}
+
+static nsdf_status run_phases(nsdf_mesher *mesher) {
+    nsdf_status status = nsdf_mesher_reserve(mesher, &mesher->scratch, nsdf_tasks_workers(mesher->tasks), 0,
+                                             sizeof(nsdf_mesher_scratch));
+    if (status == NSDF_OK)
+        status = nsdf_grid_begin(mesher);
+    if (status == NSDF_OK)
+        status = nsdf_mesher_find_cells(mesher);
+    if (status == NSDF_OK)
+        status = nsdf_mesher_evaluate_corners(mesher);
+    if (status == NSDF_OK)
+        status = nsdf_mesher_make_triangles(mesher);
+    if (status == NSDF_OK)
+        status = nsdf_mesher_finish_vertices(mesher);
+    return status;
+}
+
+nsdf_status nsdf_mesher_run(nsdf_mesher *mesher, const nsdf_mesher_job *job, nsdf_memory *storage_memory,
+                            nsdf_mesh_storage *storage) {
+    storage->vertex_count = storage->triangle_count = 0;
+    storage->has_normals = 0;
+    if (!job_is_valid(job))
+        return NSDF_INVALID_ARGUMENT;
+    mesher->job = job;
+    mesher->storage = storage;
+    mesher->storage_memory = storage_memory;
+    const nsdf_status status = run_phases(mesher);
+    if (status != NSDF_OK)
+        storage->vertex_count = storage->triangle_count = 0;
+    mesher->job = NULL;
+    mesher->storage = NULL;
+    mesher->storage_memory = NULL;
+    return status;
+}

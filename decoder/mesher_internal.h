@@ -1,0 +1,159 @@
+/* Inner parts of the mesher.
+ *
+ * The grid's cells are grouped in bricks of 8^3.  A brick owns the 8^3 corners at the lower ends of its cells, and the
+ * grid edges that start at them; the corners and edges at its upper faces belong to its neighbours.  Bricks exist
+ * where cells are active or where such corners are needed.  Sets of corners, cells or edges of a brick are bit masks:
+ * one word for each z, bit 8 * y + x.
+ *
+ * The corners on the border of the grid count as outside, which closes surfaces that leave the domain. */
+#ifndef NSDF_MESHER_INTERNAL_H
+#define NSDF_MESHER_INTERNAL_H
+
+#include "mesher.h"
+
+enum {
+    NSDF_BRICK_SIDE = 8,
+    NSDF_BRICK_CORNERS = 512,
+    NSDF_MESHER_BATCH = 512, /* points in one call of field.evaluate */
+    NSDF_MESHER_MAX_RESOLUTION = 4096
+};
+#define NSDF_NO_BRICK UINT32_MAX
+
+typedef struct nsdf_brick {
+    uint64_t cells[8];    /* active: looked at for triangles */
+    uint64_t known[8];    /* corners whose value is there, or asked for */
+    uint64_t negative[8]; /* known corners inside the surface */
+    uint64_t edges[3][8]; /* [axis][z] edges with a vertex */
+    uint16_t rank[3][8];  /* vertices of the brick before those of edges[axis][z] */
+    uint32_t first_vertex, vertex_count;
+    uint32_t first_triangle, triangle_count;
+    uint16_t at[3]; /* position in the grid of bricks */
+    uint8_t fresh;  /* corners were added since `negative` was made */
+    uint8_t check;  /* its corners or a neighbour's changed since it was looked at for missing cells */
+} nsdf_brick;
+
+/* A corner whose value is wanted. */
+typedef struct nsdf_grid_point {
+    uint16_t at[3];
+    uint16_t local; /* 64 * z + 8 * y + x in its brick */
+    uint32_t brick;
+} nsdf_grid_point;
+
+typedef struct nsdf_cube {
+    uint16_t at[3]; /* its lowest cell */
+} nsdf_cube;
+
+typedef struct nsdf_array {
+    void *data;
+    uint64_t capacity; /* elements */
+} nsdf_array;
+
+typedef struct nsdf_grid {
+    uint32_t cells[3], bricks[3];
+    double step;       /* length of a cell's side */
+    float *corners[3]; /* [axis][cells + 1] coordinates */
+} nsdf_grid;
+
+/* Scratch memory of a worker, for one batch. */
+typedef struct nsdf_mesher_scratch {
+    float point[3][NSDF_MESHER_BATCH], value[NSDF_MESHER_BATCH], slope[3][NSDF_MESHER_BATCH]; /* of one evaluation */
+    float position[3][NSDF_MESHER_BATCH], start[3][NSDF_MESHER_BATCH];
+    float distance[NSDF_MESHER_BATCH], gradient[3][NSDF_MESHER_BATCH];
+    float travel[NSDF_MESHER_BATCH]; /* since the gradient was evaluated */
+    float damping[NSDF_MESHER_BATCH];
+    uint32_t list[NSDF_MESHER_BATCH];
+} nsdf_mesher_scratch;
+
+struct nsdf_mesher {
+    nsdf_memory *memory;
+    nsdf_tasks *tasks;
+    nsdf_grid grid;
+    uint32_t brick_count;
+    uint64_t point_count, cube_count;
+    nsdf_array coordinates;     /* float: the grid's corners[] point into it */
+    nsdf_array table;           /* uint32_t [bricks z][y][x]: number of the brick there, or NSDF_NO_BRICK */
+    nsdf_array bricks;          /* nsdf_brick, in the order of creation */
+    nsdf_array order;           /* uint32_t: the bricks in the order of the table, which is that of the mesh */
+    nsdf_array values;          /* float [brick][512]: field at the corners */
+    nsdf_array points;          /* nsdf_grid_point: to be evaluated */
+    nsdf_array point_values;    /* float */
+    nsdf_array cubes, split;    /* nsdf_cube: those of one size, and of the next */
+    nsdf_array loose;           /* uint8_t [vertex]: 0 = on the zero set, see NSDF_VERTEX_... */
+    nsdf_array scratch;         /* nsdf_mesher_scratch [worker] */
+    const nsdf_mesher_job *job; /* of the run under way */
+    nsdf_mesh_storage *storage;
+    nsdf_memory *storage_memory;
+};
+
+enum {
+    NSDF_VERTEX_ON_BORDER = 1,  /* of a cap at the border of the domain: stays where it is, normal from the faces */
+    NSDF_VERTEX_NO_GRADIENT = 2 /* normal from the faces */
+};
+
+/* The value that stands for "outside" at border corners where the field is negative; other values are clamped to
+ * +-NSDF_FIELD_LIMIT. */
+#define NSDF_FIELD_LIMIT 1e30f
+#define NSDF_BORDER_VALUE 2e30f
+
+static inline uint32_t nsdf_mesher_popcount(uint64_t bits) {
+    bits -= bits >> 1 & 0x5555555555555555u;
+    bits = (bits & 0x3333333333333333u) + (bits >> 2 & 0x3333333333333333u);
+    bits = (bits + (bits >> 4)) & 0x0f0f0f0f0f0f0f0fu;
+    return (uint32_t)(bits * 0x0101010101010101u >> 56);
+}
+
+/* Number of the lowest bit that is set; bits != 0. */
+static inline uint32_t nsdf_mesher_lowest(uint64_t bits) {
+    return nsdf_mesher_popcount((bits & (0 - bits)) - 1);
+}
+
+static inline uint32_t nsdf_min_u32(uint32_t a, uint32_t b) {
+    return a < b ? a : b;
+}
+
+/* mesher.c */
+
+/* Room for `count` elements, the first `used` kept. */
+nsdf_status nsdf_mesher_reserve(nsdf_mesher *mesher, nsdf_array *array, uint64_t count, uint64_t used,
+                                size_t element_size);
+/* fn(mesher, i, worker) for every i < count, asking for cancellation every few milliseconds. */
+nsdf_status nsdf_mesher_parallel(nsdf_mesher *mesher, uint64_t count, nsdf_task_fn fn);
+
+/* mesher_grid.c */
+
+/* Sizes and coordinates of the grid; no bricks. */
+nsdf_status nsdf_grid_begin(nsdf_mesher *mesher);
+/* The brick at a position in the grid of bricks, or NSDF_NO_BRICK. */
+uint32_t nsdf_grid_brick_at(const nsdf_mesher *mesher, uint32_t x, uint32_t y, uint32_t z);
+/* The same, made without active cells where there was none. */
+nsdf_status nsdf_grid_need_brick(nsdf_mesher *mesher, uint32_t x, uint32_t y, uint32_t z, uint32_t *brick);
+/* The bricks that hold the corners of a brick's cells: itself and the neighbours at its upper faces, number dx +
+ * 2 dy + 4 dz; NSDF_NO_BRICK where there is none. */
+void nsdf_grid_neighbours(const nsdf_mesher *mesher, uint32_t brick, uint32_t neighbours[8]);
+/* Values of all points in the list, to point_values. */
+nsdf_status nsdf_grid_evaluate_points(nsdf_mesher *mesher);
+/* A value that was evaluated, at a corner of a brick. */
+void nsdf_grid_store(nsdf_mesher *mesher, const nsdf_grid_point *point, float value);
+
+/* mesher_levels.c: makes the bricks, with the cells that may have the surface in them active. */
+nsdf_status nsdf_mesher_find_cells(nsdf_mesher *mesher);
+
+/* mesher_corners.c: evaluates all corners of the active cells; cells beside them that turn out to have the surface in
+ * them become active, so that it is closed even where the bound does not hold. */
+nsdf_status nsdf_mesher_evaluate_corners(nsdf_mesher *mesher);
+
+/* The 9^3 corners around the cells of a brick, as rows of bits along x: [z][y]. */
+typedef struct nsdf_corner_rows {
+    uint16_t known[9][9], negative[9][9];
+} nsdf_corner_rows;
+void nsdf_gather_corners(const nsdf_mesher *mesher, const uint32_t neighbours[8], nsdf_corner_rows *rows);
+/* Cells that have both a negative and another known corner. */
+void nsdf_mixed_cells(const nsdf_corner_rows *rows, uint64_t cells[8]);
+
+/* mesher_cells.c: vertices on the edges (normalised, in storage->positions) and the triangles. */
+nsdf_status nsdf_mesher_make_triangles(nsdf_mesher *mesher);
+
+/* mesher_vertices.c: moves the vertices onto the zero set, makes the normals, goes to world units. */
+nsdf_status nsdf_mesher_finish_vertices(nsdf_mesher *mesher);
+
+#endif
