@@ -29,7 +29,7 @@ void nsdf_sampler_defaults(nsdf_sampler_params *params);
 
 /* Fills a set (allocates its arrays).  Rejection: uniform points in the domain, kept when exp(-k d) > random, with
  * k = ln 2 / d_half (5.1, 5.2; Algorithm 1 with its comparison put right), until `count` are kept.  `surface` is what
- * `sdf` was made of.  Returns 0, or -1 when memory ran out. */
+ * `sdf` was made of.  Returns 0, or -1 when memory ran out or displaced points are asked of a surface without area. */
 int nsdf_sample_frame(const nsdf_sdf *sdf, const nsdf_surface *surface, const nsdf_sampler_params *params,
                       nsdf_random *random, nsdf_sample_set *set);
 void nsdf_sample_set_free(nsdf_sample_set *set);

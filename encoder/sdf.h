@@ -23,6 +23,10 @@ void nsdf_sdf_free(nsdf_sdf *sdf);
 /* Negative inside.  Read-only: may be called from many threads. */
 float nsdf_sdf_distance(const nsdf_sdf *sdf, const float point[3]);
 
+/* The same, faster for a caller who knows that the unsigned distance to the triangles is at most `upper`: the search
+ * starts there.  A wrong or tight guess costs time only. */
+float nsdf_sdf_distance_below(const nsdf_sdf *sdf, const float point[3], float upper);
+
 /* Unsigned distance to the triangles; *nearest (may be NULL) gets the nearest point.  Looks no further than
  * `limit` (pass INFINITY for none) and returns `limit` when nothing is nearer. */
 float nsdf_sdf_unsigned(const nsdf_sdf *sdf, const float point[3], float limit, float nearest[3]);

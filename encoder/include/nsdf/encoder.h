@@ -117,7 +117,7 @@ NSDF_API NSDF_MUST_USE nsdf_status nsdf_encoder_add_frame(nsdf_encoder *encoder,
 typedef enum nsdf_stage {
     NSDF_STAGE_SAMPLE = 0,
     NSDF_STAGE_FIT = 1,
-    NSDF_STAGE_CODE = 2,
+    NSDF_STAGE_BOUND = 2, /* coding, and measuring the bound that extraction may rely on */
     NSDF_STAGE_VERIFY = 3
 } nsdf_stage;
 
@@ -149,15 +149,19 @@ NSDF_API NSDF_MUST_USE nsdf_status nsdf_encoder_write(nsdf_encoder *encoder,
 
 typedef struct nsdf_encoder_stats {
     uint32_t frames;             /* added */
+    uint32_t nominal_frames;     /* in the file, those left out included */
     uint64_t triangles;          /* in all frames */
     uint64_t open_edges;         /* boundary and non-manifold edges in all frames */
     uint32_t open_frames;        /* frames that are not closed: signs by winding number */
+    uint32_t reversed_frames;    /* frames whose triangles faced inward and were turned round */
     double diagonal;             /* world units */
     uint64_t parameters;
     uint64_t file_size;          /* bytes */
     uint64_t steps, samples;     /* Adam steps made; points seen */
     double fit_error;            /* as nsdf_progress.error at the end */
     double bound;                /* extraction bound stored in the file */
+    uint32_t stray_pieces;       /* connected pieces of the decoded frames that lie more than 1e-2 of the diagonal from
+                                    the input, over all frames; 0 in a good file */
     double seconds_sample, seconds_fit, seconds_code, seconds_verify;
     nsdf_quality quality;
 } nsdf_encoder_stats;

@@ -1,0 +1,182 @@
+#include "bound.h"
+
+#include "fit.h"
+#include "nsdf/export.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* Cells along the longest side of the grid on which the bound is measured and checked. */
+enum { BOUND_RESOLUTION = 64, LARGEST_CUBE = 32 };
+static const double bound_margin = 1.15, lowest_bound = 1.0, highest_bound = 64.0;
+
+typedef struct {
+    uint32_t nodes[3];
+    double h, origin[3]; /* normalised */
+    float *xyz, *value;  /* world points, and normalised values, of all nodes */
+    size_t count;
+} grid;
+
+int nsdf_check_progress(const nsdf_check_job *job, nsdf_stage stage, double began, uint32_t done, uint32_t count) {
+    double spent = nsdf_clock() - began, fraction = (double)done / (double)count;
+    nsdf_progress p = {stage, fraction, nsdf_clock() - job->start_time, 0.0, 0.0,
+                       done ? spent * (1.0 - fraction) / fraction : -1.0};
+    return job->progress && job->progress(job->progress_user, &p) == NSDF_ABORT;
+}
+
+static int create_grid(grid *g, const nsdf_file_header *header) {
+    double longest = 0.0;
+    for (int k = 0; k < 3; k++) longest = fmax(longest, (double)(header->domain_max[k] - header->domain_min[k]));
+    g->h = longest / BOUND_RESOLUTION;
+    g->count = 1;
+    for (int k = 0; k < 3; k++) {
+        double side = (double)(header->domain_max[k] - header->domain_min[k]);
+        uint32_t cells = (uint32_t)ceil(side / g->h - 1e-6);
+        g->nodes[k] = (cells < 1 ? 1 : cells) + 1;
+        g->origin[k] = (double)header->domain_min[k];
+        g->count *= g->nodes[k];
+    }
+    g->xyz = malloc(3 * g->count * sizeof(float));
+    g->value = malloc(g->count * sizeof(float));
+    if (!g->xyz || !g->value) return -1;
+    for (size_t i = 0; i < g->count; i++) {
+        size_t at[3] = {i % g->nodes[0], i / g->nodes[0] % g->nodes[1], i / g->nodes[0] / g->nodes[1]};
+        for (int k = 0; k < 3; k++) {
+            double x = fmin(g->origin[k] + (double)at[k] * g->h, (double)header->domain_max[k]);
+            g->xyz[3 * i + (size_t)k] = (float)(x * header->scale + header->centre[k]);
+        }
+    }
+    return 0;
+}
+
+static void free_grid(grid *g) {
+    free(g->xyz);
+    free(g->value);
+}
+
+/* Whether the cube of `size` cells at (x, y, z) has nodes of both signs. */
+static int sign_changes(const grid *g, const uint32_t at[3], uint32_t size) {
+    int negative = 0, positive = 0;
+    uint32_t end[3];
+    for (int k = 0; k < 3; k++) end[k] = at[k] + size < g->nodes[k] ? at[k] + size : g->nodes[k] - 1;
+    for (uint32_t z = at[2]; z <= end[2]; z++)
+        for (uint32_t y = at[1]; y <= end[1]; y++) {
+            const float *row = g->value + ((size_t)z * g->nodes[1] + y) * g->nodes[0];
+            for (uint32_t x = at[0]; x <= end[0]; x++) *(row[x] < 0.0f ? &negative : &positive) = 1;
+            if (negative && positive) return 1;
+        }
+    return 0;
+}
+
+/* Largest |f(centre)| / half diagonal over the cubes of `size` cells that the surface passes. */
+static double needed_bound(const grid *g, uint32_t size) {
+    double most = 0.0, half_diagonal = 0.5 * sqrt(3.0) * size * g->h;
+    uint32_t at[3];
+    for (at[2] = 0; at[2] + size / 2 < g->nodes[2]; at[2] += size)
+        for (at[1] = 0; at[1] + size / 2 < g->nodes[1]; at[1] += size)
+            for (at[0] = 0; at[0] + size / 2 < g->nodes[0]; at[0] += size) {
+                size_t centre = ((size_t)(at[2] + size / 2) * g->nodes[1] + at[1] + size / 2) * g->nodes[0] + at[0] + size / 2;
+                double needed = fabs((double)g->value[centre]) / half_diagonal;
+                if (needed > most && sign_changes(g, at, size)) most = needed;
+            }
+    return most;
+}
+
+static nsdf_status measure(const nsdf_check_job *job, nsdf_decoder *decoder, grid *g, double *bound,
+                           nsdf_encoder_error *error) {
+    uint32_t count = job->frames->count, first = job->frames->frames[0].number;
+    double began = nsdf_clock(), inverse = 1.0 / job->header->scale;
+    for (uint32_t i = 0; i < count; i++) {
+        double t = 0.0;
+        nsdf_status status = nsdf_frame_time(decoder, job->frames->frames[i].number - first, &t);
+        if (status == NSDF_OK) status = nsdf_evaluate(decoder, t, g->xyz, g->count, g->value, NULL);
+        if (status != NSDF_OK) return nsdf_encoder_fail(error, status, "bound: %s", nsdf_status_string(status));
+        for (size_t k = 0; k < g->count; k++) g->value[k] = (float)((double)g->value[k] * inverse);
+        for (uint32_t size = 2; size <= LARGEST_CUBE; size *= 2) *bound = fmax(*bound, needed_bound(g, size));
+        if (nsdf_check_progress(job, NSDF_STAGE_BOUND, began, i + 1, 2 * count))
+            return nsdf_encoder_fail(error, NSDF_CANCELLED, "cancelled");
+    }
+    return NSDF_OK;
+}
+
+/* ---- Sparse against dense ------------------------------------------------------------------------------- */
+
+static nsdf_status hash_at(nsdf_decoder *decoder, double t, int dense, nsdf_mesh **mesh, uint64_t *hash) {
+    nsdf_mesh_options options;
+    nsdf_mesh_view view;
+    nsdf_mesh_options_init(&options);
+    options.resolution = BOUND_RESOLUTION;
+    options.normals = 0;
+    options.projection = 0;
+    options.dense = (uint32_t)dense;
+    nsdf_status status = nsdf_extract_mesh(decoder, t, &options, mesh);
+    if (status == NSDF_OK) status = nsdf_mesh_get_view(*mesh, &view);
+    if (status == NSDF_OK) *hash = nsdf_mesh_hash(&view);
+    return status;
+}
+
+/* Counts the frames at which the two differ. */
+static nsdf_status compare(const nsdf_check_job *job, nsdf_decoder *decoder, uint32_t *different,
+                           nsdf_encoder_error *error) {
+    uint32_t count = job->frames->count, first = job->frames->frames[0].number;
+    nsdf_mesh *mesh = NULL;
+    nsdf_status status = NSDF_OK;
+    double began = nsdf_clock();
+    *different = 0;
+    for (uint32_t i = 0; i < count && status == NSDF_OK; i++) {
+        double t = 0.0;
+        uint64_t sparse = 0, dense = 0;
+        status = nsdf_frame_time(decoder, job->frames->frames[i].number - first, &t);
+        if (status == NSDF_OK) status = hash_at(decoder, t, 0, &mesh, &sparse);
+        if (status == NSDF_OK) status = hash_at(decoder, t, 1, &mesh, &dense);
+        *different += sparse != dense;
+        if (nsdf_check_progress(job, NSDF_STAGE_BOUND, began, count + i + 1, 2 * count)) status = NSDF_CANCELLED;
+    }
+    nsdf_mesh_free(&mesh);
+    return status == NSDF_OK ? status : nsdf_encoder_fail(error, status, "bound: %s", nsdf_status_string(status));
+}
+
+/* The bound is a field of HEAD's payload; a copy of the file with another one serves for the comparison. */
+static nsdf_status compare_with_bound(const nsdf_check_job *job, const nsdf_buffer *file, float bound,
+                                      uint32_t *different, nsdf_encoder_error *error) {
+    nsdf_file_header header = *job->header;
+    nsdf_buffer copy = {NULL, 0, 0, 0}, payload = {NULL, 0, 0, 0};
+    nsdf_decoder *decoder = NULL;
+    size_t after = NSDF_PREAMBLE_SIZE + NSDF_CHUNK_OVERHEAD + NSDF_HEADER_PAYLOAD_SIZE;
+    header.extraction_bound = bound;
+    nsdf_write_preamble(&copy);
+    nsdf_write_header(&payload, &header);
+    nsdf_write_chunk(&copy, NSDF_CHUNK_HEAD, NSDF_CHUNK_CRITICAL, payload.data, payload.size);
+    nsdf_buffer_append(&copy, file->data + after, file->size - after);
+    nsdf_status status = copy.failed || payload.failed ? NSDF_NO_MEMORY
+                                                       : nsdf_open_memory(&decoder, copy.data, copy.size, NULL, NULL);
+    if (status == NSDF_OK) status = compare(job, decoder, different, error);
+    else (void)nsdf_encoder_fail(error, status, "bound: %s", nsdf_status_string(status));
+    nsdf_close(&decoder);
+    nsdf_buffer_free(&copy);
+    nsdf_buffer_free(&payload);
+    return status;
+}
+
+nsdf_status nsdf_measure_bound(const nsdf_check_job *job, const nsdf_buffer *file, float *bound,
+                               nsdf_encoder_error *error) {
+    nsdf_decoder *decoder = NULL;
+    grid g;
+    double needed = 0.0;
+    memset(&g, 0, sizeof g);
+    nsdf_status status = nsdf_open_memory(&decoder, file->data, file->size, NULL, NULL);
+    if (status != NSDF_OK) return nsdf_encoder_fail(error, status, "bound: %s", nsdf_status_string(status));
+    if (create_grid(&g, job->header) != 0) status = nsdf_encoder_fail(error, NSDF_NO_MEMORY, "out of memory");
+    else status = measure(job, decoder, &g, &needed, error);
+    free_grid(&g);
+    nsdf_close(&decoder);
+    double b = fmin(fmax(needed * bound_margin, lowest_bound), highest_bound);
+    for (uint32_t different = 1; status == NSDF_OK && different > 0;) {
+        status = compare_with_bound(job, file, (float)b, &different, error);
+        if (different == 0 || b >= highest_bound) break;
+        b *= 1.25;
+    }
+    if (status == NSDF_OK) *bound = (float)b;
+    return status;
+}

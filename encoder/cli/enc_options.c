@@ -1,0 +1,318 @@
+#include "enc_options.h"
+
+#include "cli_util.h"
+
+#include <getopt.h>
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+static const char help_text[] =
+    "Usage: nsdf-enc [options] INPUT... -o OUT.nsdf\n"
+    "\n"
+    "Fits a small neural network to the signed distance function of a mesh sequence and writes it as an .nsdf file.\n"
+    "INPUT is a folder of OBJ frames, a pattern (walk_%04d.obj), a glob (\"walk_*.obj\"), a list file (.txt, .lst) or\n"
+    "single OBJ files.  Connectivity may change from frame to frame.\n"
+    "\n"
+    "  -o, --output FILE        file to write\n"
+    "      --fps F              frames per second: 25, 29.97 or 60000/1001 (default 25)\n"
+    "      --frame-step N       fit every Nth frame and the last one only; the others are interpolated (default 1)\n"
+    "      --preset NAME        fast, medium (default; also called temporal), slow or thesis\n"
+    "      --shell T            the surface is an open sheet: give it thickness T, in the input's units\n"
+    "      --resolution N       resolution at which players extract by default, and at which the result is verified:\n"
+    "                           cells along the longest side, 2 to 4096 (default 192)\n"
+    "      --report FILE.json   write options, times and measured errors\n"
+    "      --no-verify          do not decode the file and measure its error\n"
+    "      --threads N          0 = one per core (default); the result does not depend on it\n"
+    "      --seed N             of all random numbers (default 1)\n"
+    "  -q, --quiet              errors only\n"
+    "  -v, --verbose            say more\n"
+    "  -h, --help               this text\n"
+    "      --version            version\n"
+    "\n"
+    "Model (thesis 4.1, 5.3):\n"
+    "      --input KIND         xyz, xyzt or fourier\n"
+    "      --layers N           hidden layers, 1 to 31\n"
+    "      --width N            neurons per layer, 1 to 1024\n"
+    "      --activation KIND    sine, relu or tanh; --output-activation identity or tanh\n"
+    "      --weights KIND       first layer's weights and hidden biases: constant, spline or low-rank in time\n"
+    "      --knot-spacing F     frames per spline knot;  --rank N  rank of low-rank tensors\n"
+    "      --omega F            frequency of the first sine layer;  --omega-hidden F  of the others\n"
+    "      --fourier-features N rows of B;  --fourier-sigma F  their deviation;  --fourier-trained  fit and store B\n"
+    "Data (thesis 5.1, 5.2):\n"
+    "      --sampling KIND      near (surface points displaced by normal noise) or rejection;  --d-half F  d_0.5\n"
+    "      --samples N          samples per frame (0 = from the number of frames)\n"
+    "      --time-norm KIND     unit (5.11) or speed (5.13);  --sdf-norm KIND  diagonal or unit (5.10)\n"
+    "Fitting (thesis 4.1, 4.2):\n"
+    "      --loss KIND          weighted, mae or surface;  --loss-d0 F;  --delta F, --slope F of the surface loss\n"
+    "      --steps N            of Adam;  --learning-rate F\n"
+    "      --batch-frames N     frames per step;  --batch-points N  points of each\n"
+    "Coding (thesis 4.3):\n"
+    "      --weight-bits B      4 to 16, or 32 for float32\n"
+    "      --quantiser KIND     aware (rounding takes part in fitting) or minmax (4.13, 4.14)\n"
+    "      --entropy KIND       none, deflate, zstd or range (default)\n"
+    "\n"
+    "Ctrl-C stops fitting and writes what there is; a second one gives up and leaves nothing.\n"
+    "\n"
+    "Example: nsdf-enc frames/ -o dance.nsdf --fps 30 --preset fast\n";
+
+enum {
+    OPT_FPS = 256, OPT_FRAME_STEP, OPT_PRESET, OPT_SHELL, OPT_RESOLUTION, OPT_REPORT, OPT_NO_VERIFY, OPT_THREADS,
+    OPT_SEED, OPT_VERSION, OPT_INPUT, OPT_LAYERS, OPT_WIDTH, OPT_ACTIVATION, OPT_OUTPUT_ACTIVATION, OPT_WEIGHTS,
+    OPT_KNOT_SPACING, OPT_RANK, OPT_OMEGA, OPT_OMEGA_HIDDEN, OPT_FOURIER_FEATURES, OPT_FOURIER_SIGMA,
+    OPT_FOURIER_TRAINED, OPT_SAMPLING, OPT_D_HALF, OPT_SAMPLES, OPT_TIME_NORM, OPT_SDF_NORM, OPT_LOSS, OPT_LOSS_D0,
+    OPT_DELTA, OPT_SLOPE, OPT_STEPS, OPT_LEARNING_RATE, OPT_BATCH_FRAMES, OPT_BATCH_POINTS, OPT_WEIGHT_BITS,
+    OPT_QUANTISER, OPT_ENTROPY
+};
+
+static const struct option long_options[] = {
+    {"output", required_argument, NULL, 'o'},
+    {"quiet", no_argument, NULL, 'q'},
+    {"verbose", no_argument, NULL, 'v'},
+    {"help", no_argument, NULL, 'h'},
+    {"version", no_argument, NULL, OPT_VERSION},
+    {"fps", required_argument, NULL, OPT_FPS},
+    {"frame-step", required_argument, NULL, OPT_FRAME_STEP},
+    {"preset", required_argument, NULL, OPT_PRESET},
+    {"shell", required_argument, NULL, OPT_SHELL},
+    {"resolution", required_argument, NULL, OPT_RESOLUTION},
+    {"report", required_argument, NULL, OPT_REPORT},
+    {"no-verify", no_argument, NULL, OPT_NO_VERIFY},
+    {"threads", required_argument, NULL, OPT_THREADS},
+    {"seed", required_argument, NULL, OPT_SEED},
+    {"input", required_argument, NULL, OPT_INPUT},
+    {"layers", required_argument, NULL, OPT_LAYERS},
+    {"width", required_argument, NULL, OPT_WIDTH},
+    {"activation", required_argument, NULL, OPT_ACTIVATION},
+    {"output-activation", required_argument, NULL, OPT_OUTPUT_ACTIVATION},
+    {"weights", required_argument, NULL, OPT_WEIGHTS},
+    {"knot-spacing", required_argument, NULL, OPT_KNOT_SPACING},
+    {"rank", required_argument, NULL, OPT_RANK},
+    {"omega", required_argument, NULL, OPT_OMEGA},
+    {"omega-hidden", required_argument, NULL, OPT_OMEGA_HIDDEN},
+    {"fourier-features", required_argument, NULL, OPT_FOURIER_FEATURES},
+    {"fourier-sigma", required_argument, NULL, OPT_FOURIER_SIGMA},
+    {"fourier-trained", no_argument, NULL, OPT_FOURIER_TRAINED},
+    {"sampling", required_argument, NULL, OPT_SAMPLING},
+    {"d-half", required_argument, NULL, OPT_D_HALF},
+    {"samples", required_argument, NULL, OPT_SAMPLES},
+    {"time-norm", required_argument, NULL, OPT_TIME_NORM},
+    {"sdf-norm", required_argument, NULL, OPT_SDF_NORM},
+    {"loss", required_argument, NULL, OPT_LOSS},
+    {"loss-d0", required_argument, NULL, OPT_LOSS_D0},
+    {"delta", required_argument, NULL, OPT_DELTA},
+    {"slope", required_argument, NULL, OPT_SLOPE},
+    {"steps", required_argument, NULL, OPT_STEPS},
+    {"learning-rate", required_argument, NULL, OPT_LEARNING_RATE},
+    {"batch-frames", required_argument, NULL, OPT_BATCH_FRAMES},
+    {"batch-points", required_argument, NULL, OPT_BATCH_POINTS},
+    {"weight-bits", required_argument, NULL, OPT_WEIGHT_BITS},
+    {"quantiser", required_argument, NULL, OPT_QUANTISER},
+    {"entropy", required_argument, NULL, OPT_ENTROPY},
+    {NULL, 0, NULL, 0},
+};
+
+static const char *option_name(int code) {
+    for (const struct option *o = long_options; o->name; o++)
+        if (o->val == code) return o->name;
+    return "?";
+}
+
+/* ---- Values --------------------------------------------------------------------------------------------- */
+
+/* 0, or the exit code after printing what was expected. */
+static int bad_value(int code, const char *text, const char *expected) {
+    return nsdf_cli_usage_error("--%s %s: expected %s", option_name(code), text, expected);
+}
+
+static int set_u32(int code, const char *text, uint32_t *out) {
+    return nsdf_cli_parse_u32(text, 0, UINT32_MAX, out) == 0 ? 0 : bad_value(code, text, "a whole number");
+}
+
+static int set_double(int code, const char *text, double *out) {
+    return nsdf_cli_parse_double(text, out) == 0 ? 0 : bad_value(code, text, "a number");
+}
+
+/* `names` are separated by '|'; *out gets the index of `text`. */
+static int set_choice(int code, const char *text, const char *names, int *out) {
+    size_t length = strlen(text);
+    int index = 0;
+    for (const char *n = names; n; n = strchr(n, '|'), index++) {
+        if (*n == '|') n++;
+        if (strncmp(n, text, length) == 0 && (n[length] == '|' || n[length] == '\0') && length > 0) {
+            *out = index;
+            return 0;
+        }
+    }
+    return nsdf_cli_usage_error("--%s %s: expected one of %s", option_name(code), text, names);
+}
+
+static int set_preset(enc_options *o, const char *text) {
+    int preset = 0;
+    int failed = set_choice(OPT_PRESET, text, "fast|medium|slow|thesis|temporal", &preset);
+    if (failed) return failed;
+    o->preset = text;
+    nsdf_encoder_options_init(&o->encoder, preset == 4 ? NSDF_PRESET_MEDIUM : (nsdf_preset)preset);
+    return 0;
+}
+
+/* ---- Options by group; each returns -1 if the option is not of its group ---------------------------------- */
+
+static int apply_general(enc_options *o, int code, const char *text) {
+    nsdf_encoder_options *e = &o->encoder;
+    switch (code) {
+    case 'o': o->output = text; return 0;
+    case 'q': o->quiet = 1; return 0;
+    case 'v': o->verbose++; return 0;
+    case OPT_PRESET: return 0; /* read before all others */
+    case OPT_FPS:
+        return nsdf_cli_parse_rational(text, &e->rate_num, &e->rate_den) == 0
+                   ? 0 : bad_value(code, text, "a positive number or fraction, such as 25 or 60000/1001");
+    case OPT_FRAME_STEP:
+        return nsdf_cli_parse_u32(text, 1, UINT32_MAX, &o->frame_step) == 0
+                   ? 0 : bad_value(code, text, "a whole number, at least 1");
+    case OPT_SHELL: return set_double(code, text, &e->shell);
+    case OPT_RESOLUTION: return set_u32(code, text, &e->resolution);
+    case OPT_REPORT: o->report = text; return 0;
+    case OPT_NO_VERIFY: e->verify = 0; return 0;
+    case OPT_THREADS: return set_u32(code, text, &e->threads);
+    case OPT_SEED: return nsdf_cli_parse_u64(text, &e->seed) == 0 ? 0 : bad_value(code, text, "a whole number");
+    default: return -1;
+    }
+}
+
+static int apply_model(nsdf_encoder_options *e, int code, const char *text, int *weights_given) {
+    int choice = 0, failed;
+    switch (code) {
+    case OPT_INPUT:
+        failed = set_choice(code, text, "xyz|xyzt|fourier", &choice);
+        e->input = (nsdf_model_input)choice;
+        return failed;
+    case OPT_ACTIVATION:
+        failed = set_choice(code, text, "sine|relu|tanh", &choice);
+        e->activation = (nsdf_model_activation)choice;
+        return failed;
+    case OPT_OUTPUT_ACTIVATION: return set_choice(code, text, "identity|tanh", &e->output_tanh);
+    case OPT_WEIGHTS:
+        failed = set_choice(code, text, "constant|spline|low-rank", &choice);
+        e->weight_time = (nsdf_tensor_time)choice;
+        *weights_given = 1;
+        return failed;
+    case OPT_LAYERS: return set_u32(code, text, &e->layers);
+    case OPT_WIDTH: return set_u32(code, text, &e->width);
+    case OPT_KNOT_SPACING: return set_double(code, text, &e->knot_spacing);
+    case OPT_RANK: return set_u32(code, text, &e->rank);
+    case OPT_OMEGA: return set_double(code, text, &e->omega_first);
+    case OPT_OMEGA_HIDDEN: return set_double(code, text, &e->omega_hidden);
+    case OPT_FOURIER_FEATURES: return set_u32(code, text, &e->fourier_features);
+    case OPT_FOURIER_SIGMA: return set_double(code, text, &e->fourier_sigma);
+    case OPT_FOURIER_TRAINED: e->fourier_trained = 1; return 0;
+    default: return -1;
+    }
+}
+
+static int apply_data(nsdf_encoder_options *e, int code, const char *text) {
+    int choice = 0, failed;
+    switch (code) {
+    case OPT_SAMPLING:
+        failed = set_choice(code, text, "near|rejection", &choice);
+        e->sampling = (nsdf_sampling)choice;
+        return failed;
+    case OPT_D_HALF: return set_double(code, text, &e->d_half);
+    case OPT_SAMPLES: return set_u32(code, text, &e->samples_per_frame);
+    case OPT_TIME_NORM:
+        failed = set_choice(code, text, "unit|speed", &choice);
+        e->time_norm = (nsdf_time_norm)choice;
+        return failed;
+    case OPT_SDF_NORM:
+        failed = set_choice(code, text, "diagonal|unit", &choice);
+        e->sdf_norm = (nsdf_sdf_norm)choice;
+        return failed;
+    default: return -1;
+    }
+}
+
+static int apply_fitting(nsdf_encoder_options *e, int code, const char *text) {
+    int choice = 0, failed;
+    switch (code) {
+    case OPT_LOSS:
+        failed = set_choice(code, text, "weighted|mae|surface", &choice);
+        e->loss = (nsdf_loss)choice;
+        return failed;
+    case OPT_LOSS_D0: return set_double(code, text, &e->loss_d0);
+    case OPT_DELTA: return set_double(code, text, &e->loss_delta);
+    case OPT_SLOPE: return set_double(code, text, &e->loss_slope);
+    case OPT_STEPS: return nsdf_cli_parse_u64(text, &e->steps) == 0 ? 0 : bad_value(code, text, "a whole number");
+    case OPT_LEARNING_RATE: return set_double(code, text, &e->learning_rate);
+    case OPT_BATCH_FRAMES: return set_u32(code, text, &e->batch_frames);
+    case OPT_BATCH_POINTS: return set_u32(code, text, &e->batch_points);
+    case OPT_WEIGHT_BITS: return set_double(code, text, &e->weight_bits);
+    case OPT_QUANTISER: {
+        failed = set_choice(code, text, "minmax|aware", &choice);
+        e->quantise_aware = choice;
+        return failed;
+    }
+    case OPT_ENTROPY:
+        failed = set_choice(code, text, "none|deflate|zstd|range", &choice);
+        e->entropy = (nsdf_entropy_coder)choice;
+        return failed;
+    default: return -1;
+    }
+}
+
+static int apply(enc_options *o, int code, const char *text, int *weights_given) {
+    int result = apply_general(o, code, text);
+    if (result < 0) result = apply_model(&o->encoder, code, text, weights_given);
+    if (result < 0) result = apply_data(&o->encoder, code, text);
+    if (result < 0) result = apply_fitting(&o->encoder, code, text);
+    return result;
+}
+
+/* ---- The whole line ------------------------------------------------------------------------------------- */
+
+static int unknown_option(int argc, char **argv) {
+    const char *arg = argv[optind - 1 < argc ? optind - 1 : argc - 1];
+    if (optopt > 0 && optopt < 256) return nsdf_cli_usage_error("unknown option '-%c'", optopt);
+    return nsdf_cli_usage_error("unknown option '%s'", arg);
+}
+
+/* One pass over the arguments; the first only looks for the preset, whose values the other options then change. */
+static int pass(enc_options *o, int argc, char **argv, int preset_only, int *weights_given) {
+    optind = 1;
+    opterr = 0;
+    for (int code; (code = getopt_long(argc, argv, ":o:qvh", long_options, NULL)) != -1;) {
+        int failed = 0;
+        if (code == ':') return nsdf_cli_usage_error("option '%s' needs a value", argv[optind - 1]);
+        if (code == '?') return unknown_option(argc, argv);
+        if (code == 'h') {
+            fputs(help_text, stdout);
+            return NSDF_CLI_SUCCESS;
+        }
+        if (code == OPT_VERSION) {
+            printf("nsdf-enc %s\n", nsdf_version_string());
+            return NSDF_CLI_SUCCESS;
+        }
+        if (preset_only) failed = code == OPT_PRESET ? set_preset(o, optarg) : 0;
+        else failed = apply(o, code, optarg, weights_given);
+        if (failed) return failed;
+    }
+    return -1;
+}
+
+int enc_options_parse(enc_options *options, int argc, char **argv) {
+    int weights_given = 0;
+    memset(options, 0, sizeof *options);
+    options->frame_step = 1;
+    options->preset = "medium";
+    nsdf_encoder_options_init(&options->encoder, NSDF_PRESET_MEDIUM);
+    int done = pass(options, argc, argv, 1, &weights_given);
+    if (done < 0) done = pass(options, argc, argv, 0, &weights_given);
+    if (done >= 0) return done;
+    options->inputs = (const char *const *)(argv + optind);
+    options->input_count = (size_t)(argc - optind);
+    if (options->encoder.input != NSDF_MODEL_XYZ && !weights_given)
+        options->encoder.weight_time = NSDF_TIME_CONSTANT; /* time is an input already */
+    if (options->input_count == 0) return nsdf_cli_usage_error("no input: name a folder, a pattern or OBJ files");
+    if (!options->output) return nsdf_cli_usage_error("no output: name it with -o OUT.nsdf");
+    return -1;
+}

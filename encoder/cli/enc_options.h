@@ -1,0 +1,20 @@
+/* Command line of nsdf-enc. */
+#ifndef NSDF_ENC_OPTIONS_H
+#define NSDF_ENC_OPTIONS_H
+
+#include "nsdf/encoder.h"
+
+typedef struct enc_options {
+    nsdf_encoder_options encoder;
+    const char *const *inputs;
+    size_t input_count;
+    const char *output, *report, *preset;
+    uint32_t frame_step;
+    int quiet, verbose;
+} enc_options;
+
+/* Fills *options from the arguments.  Returns -1 when the program should go on, otherwise its exit code (--help and
+ * --version have printed, or the error is printed).  Arguments may be reordered; strings are borrowed from them. */
+int enc_options_parse(enc_options *options, int argc, char **argv);
+
+#endif

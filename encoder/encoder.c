@@ -1,0 +1,222 @@
+#include "nsdf/encoder.h"
+
+#include "bound.h"
+#include "container.h"
+#include "dataset.h"
+#include "encoder_options.h"
+#include "fit.h"
+#include "verify.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+/* The domain is the sequence's box, larger by this fraction of the diagonal on every side. */
+static const double domain_margin = 0.02;
+static const float provisional_bound = 64.0f;
+
+struct nsdf_encoder {
+    nsdf_encoder_options options;
+    nsdf_frames frames;
+    int ran; /* run was called */
+    nsdf_buffer file;
+    nsdf_encoder_stats stats;
+};
+
+/* What the stages of one run share. */
+typedef struct {
+    nsdf_encoder *encoder;
+    nsdf_progress_fn progress;
+    void *user;
+    nsdf_encoder_error *error;
+    nsdf_workers *workers;
+    nsdf_file_header header;
+    nsdf_model model;
+    nsdf_dataset dataset;
+    float *parameters;
+    nsdf_coded_segment segment;
+    double start;
+} run;
+
+nsdf_status nsdf_encoder_create(nsdf_encoder **encoder, const nsdf_encoder_options *options, nsdf_encoder_error *error) {
+    if (!encoder) return NSDF_INVALID_ARGUMENT;
+    nsdf_encoder_options defaults;
+    nsdf_encoder_options_init(&defaults, NSDF_PRESET_MEDIUM);
+    if (!options) options = &defaults;
+    nsdf_status status = nsdf_encoder_options_check(options, error);
+    if (status != NSDF_OK) return status;
+    nsdf_encoder *e = calloc(1, sizeof *e);
+    if (!e) return nsdf_encoder_fail(error, NSDF_NO_MEMORY, "out of memory");
+    e->options = *options;
+    *encoder = e;
+    return NSDF_OK;
+}
+
+void nsdf_encoder_close(nsdf_encoder **encoder) {
+    if (!encoder || !*encoder) return;
+    nsdf_frames_free(&(*encoder)->frames);
+    nsdf_buffer_free(&(*encoder)->file);
+    free(*encoder);
+    *encoder = NULL;
+}
+
+nsdf_status nsdf_encoder_add_frame(nsdf_encoder *encoder, uint32_t frame, const nsdf_input_mesh *mesh,
+                                   nsdf_encoder_error *error) {
+    if (!encoder || !mesh) return nsdf_encoder_fail(error, NSDF_INVALID_ARGUMENT, "a NULL was given");
+    if (encoder->ran) return nsdf_encoder_fail(error, NSDF_INVALID_ARGUMENT, "frames cannot be added after a run");
+    return nsdf_frames_add(&encoder->frames, frame, mesh, error);
+}
+
+/* ---- Stages --------------------------------------------------------------------------------------------- */
+
+static nsdf_status prepare(run *r) {
+    const nsdf_encoder_options *o = &r->encoder->options;
+    nsdf_frames *frames = &r->encoder->frames;
+    nsdf_file_header *h = &r->header;
+    nsdf_status status = nsdf_frames_normalise(frames, domain_margin, h, r->error);
+    h->rate_num = o->rate_num;
+    h->rate_den = o->rate_den;
+    h->frame_count = frames->frames[frames->count - 1].number - frames->frames[0].number + 1;
+    h->segment_count = 1;
+    h->default_resolution = o->resolution;
+    h->extraction_bound = provisional_bound;
+    r->workers = nsdf_workers_create(o->threads);
+    nsdf_model_describe(&r->model, o, frames->count);
+    if (status == NSDF_OK && r->model.parameter_count > NSDF_MAX_PARAMETERS)
+        return nsdf_encoder_fail(r->error, NSDF_LIMIT, "the model has %llu parameters, at most %llu are allowed",
+                                 (unsigned long long)r->model.parameter_count, (unsigned long long)NSDF_MAX_PARAMETERS);
+    r->parameters = malloc(r->model.parameter_count * sizeof(float));
+    if (status == NSDF_OK && (!r->workers || !r->parameters))
+        return nsdf_encoder_fail(r->error, NSDF_NO_MEMORY, "out of memory");
+    return status;
+}
+
+static nsdf_status sample(run *r) {
+    nsdf_frames *frames = &r->encoder->frames;
+    nsdf_encoder_stats *stats = &r->encoder->stats;
+    nsdf_dataset_job job = {frames, &r->encoder->options, &r->header, r->workers, r->progress, r->user, r->start};
+    nsdf_status status = nsdf_dataset_create(&r->dataset, &job, r->error);
+    if (status != NSDF_OK) return status;
+    nsdf_dataset_normalise(&r->dataset, &r->encoder->options, &r->model.desc);
+    for (uint32_t i = 0; i < frames->count; i++) {
+        stats->open_edges += frames->frames[i].open_edges;
+        stats->open_frames += frames->frames[i].open_edges > 0;
+        stats->reversed_frames += (uint32_t)frames->frames[i].reversed;
+    }
+    return NSDF_OK;
+}
+
+static nsdf_status fit(run *r) {
+    const nsdf_encoder_options *o = &r->encoder->options;
+    nsdf_encoder_stats *stats = &r->encoder->stats;
+    nsdf_fit_result result;
+    nsdf_random random = nsdf_random_start(o->seed, 1);
+    nsdf_fit_job job = {&r->model, o, r->dataset.sets, r->dataset.u, r->dataset.frame_count, r->workers, r->progress,
+                        r->user, r->start};
+    nsdf_model_initialise(&r->model, &random, r->parameters);
+    if (nsdf_fit_run(&job, r->parameters, &result) != 0)
+        return nsdf_encoder_fail(r->error, NSDF_NO_MEMORY, "out of memory while fitting");
+    stats->steps = result.steps;
+    stats->samples = result.samples;
+    stats->fit_error = result.near_error;
+    nsdf_dataset_free(&r->dataset);
+    if (result.aborted) return nsdf_encoder_fail(r->error, NSDF_CANCELLED, "cancelled");
+    if (result.diverged)
+        return nsdf_encoder_fail(r->error, NSDF_INTERNAL, "fitting diverged after %llu steps: try a lower learning rate",
+                                 (unsigned long long)result.steps);
+    return NSDF_OK;
+}
+
+static nsdf_status code(run *r) {
+    const nsdf_encoder_options *o = &r->encoder->options;
+    nsdf_quantise_params quantise = {o->weight_bits, 1};
+    if (!o->quantise_aware) nsdf_choose_quantisers(&r->model, &quantise, r->parameters);
+    if (nsdf_code_segment(&r->model, r->parameters, &r->segment) != 0 ||
+        nsdf_assemble_file(&r->header, &r->segment, NULL, &r->encoder->file) != 0)
+        return nsdf_encoder_fail(r->error, NSDF_INTERNAL, "the parameters cannot be coded");
+    return NSDF_OK;
+}
+
+static void copy_quality(const nsdf_quality_record *q, nsdf_quality *out) {
+    nsdf_quality public = {q->mean[0], q->mean[1], q->rms[0], q->rms[1], q->max[0], q->max[1], q->resolution, q->frames};
+    *out = public;
+}
+
+static nsdf_status check(run *r, double *seconds_bound) {
+    nsdf_encoder *e = r->encoder;
+    nsdf_quality_record quality;
+    nsdf_check_job job = {&e->frames, &r->header, &e->options, r->progress, r->user, r->start};
+    double began = nsdf_clock();
+    nsdf_status status = nsdf_measure_bound(&job, &e->file, &r->header.extraction_bound, r->error);
+    *seconds_bound = nsdf_clock() - began;
+    e->stats.bound = (double)r->header.extraction_bound;
+    if (status == NSDF_OK && nsdf_assemble_file(&r->header, &r->segment, NULL, &e->file) != 0)
+        status = nsdf_encoder_fail(r->error, NSDF_NO_MEMORY, "out of memory");
+    if (status != NSDF_OK || !e->options.verify) return status;
+    status = nsdf_verify_file(&job, r->workers, &e->file, &quality, &e->stats.stray_pieces, r->error);
+    if (status == NSDF_OK && nsdf_assemble_file(&r->header, &r->segment, &quality, &e->file) != 0)
+        status = nsdf_encoder_fail(r->error, NSDF_NO_MEMORY, "out of memory");
+    if (status == NSDF_OK) copy_quality(&quality, &e->stats.quality);
+    return status;
+}
+
+static nsdf_status run_stages(run *r) {
+    nsdf_encoder_stats *stats = &r->encoder->stats;
+    double began = nsdf_clock(), bound = 0.0;
+    nsdf_status status = prepare(r);
+    if (status == NSDF_OK) status = sample(r);
+    stats->seconds_sample = nsdf_clock() - began;
+    began = nsdf_clock();
+    if (status == NSDF_OK) status = fit(r);
+    stats->seconds_fit = nsdf_clock() - began;
+    began = nsdf_clock();
+    if (status == NSDF_OK) status = code(r);
+    stats->seconds_code = nsdf_clock() - began;
+    began = nsdf_clock();
+    if (status == NSDF_OK) status = check(r, &bound);
+    stats->seconds_code += bound;
+    stats->seconds_verify = nsdf_clock() - began - bound;
+    return status;
+}
+
+nsdf_status nsdf_encoder_run(nsdf_encoder *encoder, nsdf_progress_fn progress, void *user, nsdf_encoder_error *error) {
+    if (!encoder) return NSDF_INVALID_ARGUMENT;
+    if (encoder->ran) return nsdf_encoder_fail(error, NSDF_INVALID_ARGUMENT, "an encoder runs once");
+    if (encoder->frames.count == 0) return nsdf_encoder_fail(error, NSDF_INVALID_ARGUMENT, "no frames were added");
+    run r;
+    memset(&r, 0, sizeof r);
+    r.encoder = encoder;
+    r.progress = progress;
+    r.user = user;
+    r.error = error;
+    r.start = nsdf_clock();
+    encoder->ran = 1;
+    nsdf_status status = run_stages(&r);
+    nsdf_encoder_stats *stats = &encoder->stats;
+    stats->frames = encoder->frames.count;
+    stats->nominal_frames = r.header.frame_count;
+    stats->triangles = encoder->frames.triangles;
+    stats->diagonal = r.header.scale;
+    stats->parameters = r.model.parameter_count;
+    if (status != NSDF_OK) encoder->file.size = 0;
+    stats->file_size = encoder->file.size;
+    nsdf_dataset_free(&r.dataset);
+    nsdf_workers_free(r.workers);
+    nsdf_buffer_free(&r.segment.payload);
+    free(r.parameters);
+    return status;
+}
+
+nsdf_status nsdf_encoder_write(nsdf_encoder *encoder, int (*write)(void *user, const void *data, size_t size),
+                               void *user, nsdf_encoder_error *error) {
+    if (!encoder || !write) return nsdf_encoder_fail(error, NSDF_INVALID_ARGUMENT, "a NULL was given");
+    if (encoder->file.size == 0) return nsdf_encoder_fail(error, NSDF_INVALID_ARGUMENT, "nothing was encoded");
+    if (write(user, encoder->file.data, encoder->file.size) != 0)
+        return nsdf_encoder_fail(error, NSDF_IO, "the file cannot be written");
+    return NSDF_OK;
+}
+
+nsdf_status nsdf_encoder_get_stats(const nsdf_encoder *encoder, nsdf_encoder_stats *stats) {
+    if (!encoder || !stats) return NSDF_INVALID_ARGUMENT;
+    *stats = encoder->stats;
+    return NSDF_OK;
+}

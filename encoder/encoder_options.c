@@ -1,0 +1,143 @@
+#include "encoder_options.h"
+
+#include "frames.h"
+
+#include <math.h>
+#include <string.h>
+
+static nsdf_encoder_options common_options(void) {
+    nsdf_encoder_options o;
+    memset(&o, 0, sizeof o);
+    o.struct_size = sizeof o;
+    o.rate_num = 25;
+    o.rate_den = 1;
+    o.seed = 1;
+    o.input = NSDF_MODEL_XYZ;
+    o.activation = NSDF_MODEL_SINE;
+    o.layers = 3;
+    o.width = 64;
+    o.weight_time = NSDF_TIME_SPLINE;
+    o.knot_spacing = 4.0;
+    o.rank = 8;
+    o.omega_first = 60.0;
+    o.omega_hidden = 1.0;
+    o.fourier_features = 20; /* five per input value, as in thesis chapter 8 */
+    o.fourier_sigma = sqrt(3.0);
+    o.d_half = 0.01;
+    o.loss_d0 = 0.02;
+    o.loss_delta = 0.01;
+    o.loss_slope = 200.0;
+    o.batch_frames = 8;
+    o.batch_points = 1024;
+    o.learning_rate = 2e-3;
+    o.weight_bits = 10.0;
+    o.quantise_aware = 1;
+    o.entropy = NSDF_CODER_RANGE;
+    o.resolution = 192;
+    o.verify = 1;
+    return o;
+}
+
+static void thesis_options(nsdf_encoder_options *o) {
+    o->input = NSDF_MODEL_XYZT;
+    o->activation = NSDF_MODEL_RELU;
+    o->layers = 16;
+    o->width = 256;
+    o->weight_time = NSDF_TIME_CONSTANT;
+    o->output_tanh = 1;
+    o->sampling = NSDF_SAMPLE_REJECTION;
+    o->sdf_norm = NSDF_SDF_UNIT_RANGE;
+    o->loss = NSDF_LOSS_MAE;
+    o->steps = 4000;
+    o->learning_rate = 5e-4;
+    o->weight_bits = 8.0;
+    o->quantise_aware = 0;
+    o->entropy = NSDF_CODER_DEFLATE;
+}
+
+void nsdf_encoder_options_init(nsdf_encoder_options *options, nsdf_preset preset) {
+    nsdf_encoder_options o = common_options();
+    o.steps = 30000;
+    if (preset == NSDF_PRESET_MEDIUM) o.steps = 60000;
+    if (preset == NSDF_PRESET_SLOW) {
+        o.steps = 150000;
+        o.width = 128;
+        o.learning_rate = 1e-3;
+    }
+    if (preset == NSDF_PRESET_THESIS) thesis_options(&o);
+    *options = o;
+}
+
+/* ---- Checking ------------------------------------------------------------------------------------------- */
+
+typedef struct {
+    const char *name;
+    double value, low, high;
+} range;
+
+static nsdf_status check_ranges(const range *ranges, size_t count, nsdf_encoder_error *error) {
+    for (size_t i = 0; i < count; i++)
+        if (!(ranges[i].value >= ranges[i].low && ranges[i].value <= ranges[i].high))
+            return nsdf_encoder_fail(error, NSDF_INVALID_ARGUMENT, "%s is %g, expected %g to %g", ranges[i].name,
+                                     ranges[i].value, ranges[i].low, ranges[i].high);
+    return NSDF_OK;
+}
+
+static nsdf_status check_model(const nsdf_encoder_options *o, nsdf_encoder_error *error) {
+    const range ranges[] = {
+        {"input", (double)o->input, 0, 2},
+        {"activation", (double)o->activation, 0, 2},
+        {"layers", o->layers, 1, NSDF_MAX_LAYERS - 1},
+        {"width", o->width, 1, NSDF_MAX_WIDTH},
+        {"weight time", (double)o->weight_time, 0, 2},
+        {"knot spacing", o->knot_spacing, 0.25, 1e6},
+        {"rank", o->rank, 1, NSDF_MAX_RANK},
+        {"omega of the first layer", o->omega_first, 1e-3, 1e4},
+        {"omega of the hidden layers", o->omega_hidden, 1e-3, 1e4},
+        {"Fourier features", o->fourier_features, 1, NSDF_MAX_FOURIER},
+        {"Fourier sigma", o->fourier_sigma, 1e-6, 1e3},
+    };
+    nsdf_status status = check_ranges(ranges, sizeof ranges / sizeof *ranges, error);
+    if (status == NSDF_OK && o->weight_time != NSDF_TIME_CONSTANT && o->input != NSDF_MODEL_XYZ)
+        return nsdf_encoder_fail(error, NSDF_INVALID_ARGUMENT,
+                                 "weights that change with time go with xyz input only: time is an input otherwise");
+    return status;
+}
+
+static nsdf_status check_fitting(const nsdf_encoder_options *o, nsdf_encoder_error *error) {
+    const range ranges[] = {
+        {"frame rate numerator", o->rate_num, 1, 4294967295.0},
+        {"frame rate denominator", o->rate_den, 1, 4294967295.0},
+        {"threads", o->threads, 0, 256},
+        {"sampling", (double)o->sampling, 0, 1},
+        {"samples per frame", o->samples_per_frame, 0, 1e8},
+        {"d_0.5", o->d_half, 1e-6, 10},
+        {"time normalisation", (double)o->time_norm, 0, 1},
+        {"SDF normalisation", (double)o->sdf_norm, 0, 1},
+        {"shell", o->shell, 0, 1e30},
+        {"loss", (double)o->loss, 0, 2},
+        {"loss d0", o->loss_d0, 1e-6, 1e6},
+        {"loss delta", o->loss_delta, 0, 10},
+        {"loss slope", o->loss_slope, 1e-3, 1e9},
+        {"steps", (double)o->steps, 1, 1e12},
+        {"batch frames", o->batch_frames, 1, 4096},
+        {"batch points", o->batch_points, 1, 1 << 20},
+        {"learning rate", o->learning_rate, 1e-12, 1},
+        {"entropy coder", (double)o->entropy, 0, 3},
+        {"resolution", o->resolution, 2, NSDF_MAX_RESOLUTION},
+    };
+    nsdf_status status = check_ranges(ranges, sizeof ranges / sizeof *ranges, error);
+    if (status == NSDF_OK && !((o->weight_bits >= 4.0 && o->weight_bits <= 16.0) || o->weight_bits == 32.0))
+        return nsdf_encoder_fail(error, NSDF_INVALID_ARGUMENT, "weight bits are %g, expected 4 to 16, or 32",
+                                 o->weight_bits);
+    return status;
+}
+
+nsdf_status nsdf_encoder_options_check(const nsdf_encoder_options *options, nsdf_encoder_error *error) {
+    if (options->struct_size != sizeof *options)
+        return nsdf_encoder_fail(error, NSDF_INVALID_ARGUMENT,
+                                 "the options have %zu bytes, expected %zu: call nsdf_encoder_options_init",
+                                 options->struct_size, sizeof *options);
+    nsdf_status status = check_model(options, error);
+    return status == NSDF_OK ? check_fitting(options, error) : status;
+}

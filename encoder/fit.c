@@ -1,0 +1,208 @@
+#include "fit.h"
+
+#include "optimiser.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+#include <time.h>
+
+/* Rounding is simulated in this last part of fitting. */
+static const double quantise_aware_share = 0.25;
+
+typedef struct {
+    uint32_t frame;
+    float *composed, *gradient; /* [composed_size] */
+    nsdf_fit_sums sums;
+} slot;
+
+typedef struct {
+    const nsdf_fit_job *job;
+    const nsdf_fit_kernels *kernels;
+    nsdf_loss_params loss;
+    nsdf_random random;
+    uint32_t *order, order_at; /* frames in random order, used up one by one */
+    size_t *cursor;            /* [frame]: next sample */
+    slot *slots;               /* [batch_frames] */
+    nsdf_fit_scratch **scratch;/* [worker] */
+    nsdf_adam adam;
+    float *gradient, *rounded; /* [parameter_count] */
+    const float *active;       /* parameters that the batch uses: fitted ones, or rounded ones */
+    double near_error;
+} state;
+
+double nsdf_clock(void) {
+    struct timespec t;
+    clock_gettime(CLOCK_MONOTONIC, &t);
+    return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
+}
+
+/* ---- Setting up ----------------------------------------------------------------------------------------- */
+
+static void free_state(state *s) {
+    uint32_t slots = s->job->options->batch_frames, workers = nsdf_workers_count(s->job->workers);
+    for (uint32_t i = 0; s->slots && i < slots; i++) {
+        free(s->slots[i].composed);
+        free(s->slots[i].gradient);
+    }
+    for (uint32_t i = 0; s->scratch && i < workers; i++) nsdf_fit_scratch_free(s->scratch[i]);
+    free(s->slots);
+    free(s->scratch);
+    free(s->order);
+    free(s->cursor);
+    free(s->gradient);
+    free(s->rounded);
+    nsdf_adam_free(&s->adam);
+}
+
+static int create_state(state *s, const nsdf_fit_job *job) {
+    const nsdf_encoder_options *o = job->options;
+    const nsdf_model *model = job->model;
+    uint32_t workers = nsdf_workers_count(job->workers);
+    memset(s, 0, sizeof *s);
+    s->job = job;
+    s->kernels = nsdf_fit_kernels_select();
+    s->loss = (nsdf_loss_params){o->loss, (float)o->loss_d0, (float)o->loss_delta, (float)o->loss_slope};
+    s->random = nsdf_random_start(o->seed, 2);
+    s->order = calloc(job->frame_count, sizeof *s->order);
+    s->cursor = calloc(job->frame_count, sizeof *s->cursor);
+    s->slots = calloc(o->batch_frames, sizeof *s->slots);
+    s->scratch = calloc(workers, sizeof *s->scratch);
+    s->gradient = calloc(model->parameter_count, sizeof(float));
+    s->rounded = calloc(model->parameter_count, sizeof(float));
+    int ok = s->order && s->cursor && s->slots && s->scratch && s->gradient && s->rounded &&
+             nsdf_adam_create(&s->adam, model->parameter_count) == 0;
+    for (uint32_t i = 0; ok && i < o->batch_frames; i++) {
+        s->slots[i].composed = calloc(model->composed_size, sizeof(float));
+        s->slots[i].gradient = calloc(model->composed_size, sizeof(float));
+        ok = s->slots[i].composed && s->slots[i].gradient;
+    }
+    for (uint32_t i = 0; ok && i < workers; i++) ok = (s->scratch[i] = nsdf_fit_scratch_create(model)) != NULL;
+    for (uint32_t i = 0; ok && i < job->frame_count; i++) s->order[i] = i;
+    s->order_at = job->frame_count;
+    return ok ? 0 : -1;
+}
+
+/* ---- One step ------------------------------------------------------------------------------------------- */
+
+/* Every frame comes once before any comes again. */
+static uint32_t next_frame(state *s) {
+    uint32_t n = s->job->frame_count;
+    if (s->order_at >= n) {
+        for (uint32_t i = n - 1; i > 0; i--) {
+            uint32_t j = nsdf_random_below(&s->random, i + 1), t = s->order[i];
+            s->order[i] = s->order[j];
+            s->order[j] = t;
+        }
+        s->order_at = 0;
+    }
+    return s->order[s->order_at++];
+}
+
+/* Takes the frame's next stretch of samples; the same frame may stand in several slots. */
+static nsdf_fit_points next_points(const state *s, uint32_t index) {
+    const nsdf_encoder_options *o = s->job->options;
+    const slot *sl = &s->slots[index];
+    const nsdf_sample_set *set = &s->job->samples[sl->frame];
+    size_t count = o->batch_points < set->count ? o->batch_points : set->count;
+    size_t from = (s->cursor[sl->frame] + (size_t)index * count) % (set->count - count + 1);
+    nsdf_fit_points p = {set->x + from, set->y + from, set->z + from, set->d + from, count,
+                         (float)((double)s->job->model->desc.time_scale * s->job->u[sl->frame])};
+    return p;
+}
+
+static void run_slot(void *data, uint32_t index, uint32_t worker) {
+    state *s = data;
+    slot *sl = &s->slots[index];
+    const nsdf_fit_job *job = s->job;
+    nsdf_fit_points points = next_points(s, index);
+    float scale = 1.0f / (float)((double)points.count * job->options->batch_frames);
+    nsdf_model_compose(job->model, s->active, job->u[sl->frame], sl->composed);
+    memset(sl->gradient, 0, job->model->composed_size * sizeof *sl->gradient);
+    sl->sums = (nsdf_fit_sums){0, 0, 0};
+    nsdf_fit_backward(job->model, s->kernels, s->scratch[worker], sl->composed, &points, &s->loss, scale, sl->gradient,
+                      &sl->sums);
+}
+
+/* Gradients are added slot by slot, so that the sum does not depend on the threads. */
+static void gather(state *s) {
+    const nsdf_fit_job *job = s->job;
+    double near = 0.0;
+    uint64_t near_count = 0;
+    memset(s->gradient, 0, job->model->parameter_count * sizeof *s->gradient);
+    for (uint32_t i = 0; i < job->options->batch_frames; i++) {
+        slot *sl = &s->slots[i];
+        nsdf_model_scatter(job->model, s->active, job->u[sl->frame], sl->gradient, s->gradient);
+        near += sl->sums.near_error;
+        near_count += sl->sums.near_count;
+        s->cursor[sl->frame] += job->options->batch_points;
+    }
+    if (near_count == 0) return;
+    double mean = near / (double)near_count;
+    s->near_error = s->near_error > 0.0 ? 0.99 * s->near_error + 0.01 * mean : mean;
+}
+
+static void one_step(state *s, uint64_t step, float *parameters, int rounding) {
+    const nsdf_encoder_options *o = s->job->options;
+    s->active = parameters;
+    if (rounding) {
+        nsdf_round_parameters(s->job->model, parameters, s->rounded);
+        s->active = s->rounded; /* straight-through: the gradient at the rounded values moves the fitted ones */
+    }
+    for (uint32_t i = 0; i < o->batch_frames; i++) s->slots[i].frame = next_frame(s);
+    nsdf_workers_run(s->job->workers, o->batch_frames, run_slot, s);
+    gather(s);
+    nsdf_adam_step(&s->adam, parameters, s->gradient, nsdf_rate_schedule(step, o->steps, o->learning_rate));
+}
+
+/* ---- The loop ------------------------------------------------------------------------------------------- */
+
+static int report(const state *s, uint64_t done, double began, nsdf_fit_result *result) {
+    const nsdf_fit_job *job = s->job;
+    double now = nsdf_clock(), spent = now - began, fraction = (double)done / (double)job->options->steps;
+    nsdf_progress p = {NSDF_STAGE_FIT, fraction, now - job->start_time, s->near_error,
+                       spent > 0.0 ? (double)result->samples / spent : 0.0,
+                       fraction > 0.0 ? spent * (1.0 - fraction) / fraction : -1.0};
+    int answer = job->progress ? job->progress(job->progress_user, &p) : NSDF_CONTINUE;
+    result->aborted = answer == NSDF_ABORT;
+    return answer;
+}
+
+static int all_finite(const float *values, uint64_t count) {
+    for (uint64_t i = 0; i < count; i++)
+        if (!isfinite(values[i])) return 0;
+    return 1;
+}
+
+int nsdf_fit_run(const nsdf_fit_job *job, float *parameters, nsdf_fit_result *result) {
+    const nsdf_encoder_options *o = job->options;
+    nsdf_quantise_params quantise = {o->weight_bits, 0};
+    uint64_t rounding_from = o->quantise_aware && o->weight_bits < 32.0
+                                 ? (uint64_t)((1.0 - quantise_aware_share) * (double)o->steps)
+                                 : UINT64_MAX;
+    state s;
+    memset(result, 0, sizeof *result);
+    if (create_state(&s, job) != 0) {
+        free_state(&s);
+        return -1;
+    }
+    double began = nsdf_clock(), reported = began;
+    for (uint64_t step = 0; step < o->steps; step++) {
+        if (step == rounding_from) nsdf_choose_quantisers(job->model, &quantise, parameters);
+        one_step(&s, step, parameters, step >= rounding_from);
+        result->steps++;
+        for (uint32_t i = 0; i < o->batch_frames; i++) {
+            size_t count = job->samples[s.slots[i].frame].count;
+            result->samples += o->batch_points < count ? o->batch_points : count;
+        }
+        if (nsdf_clock() - reported < 0.1 && step + 1 < o->steps) continue;
+        reported = nsdf_clock();
+        if (report(&s, step + 1, began, result) != NSDF_CONTINUE) break;
+    }
+    result->near_error = s.near_error;
+    result->diverged = !all_finite(parameters, job->model->parameter_count);
+    if (o->quantise_aware && result->steps <= rounding_from)
+        nsdf_choose_quantisers(job->model, &quantise, parameters);
+    free_state(&s);
+    return 0;
+}

@@ -1,0 +1,35 @@
+/* The fitting loop. */
+#ifndef NSDF_FIT_H
+#define NSDF_FIT_H
+
+#include "fit_network.h"
+#include "quantise_model.h"
+#include "sampler.h"
+#include "workers.h"
+
+typedef struct nsdf_fit_job {
+    nsdf_model *model;              /* quantisers are set here when fitting is quantisation-aware */
+    const nsdf_encoder_options *options;
+    const nsdf_sample_set *samples; /* [frame_count] */
+    const double *u;                /* [frame_count]: time of each frame in [0, 1] */
+    uint32_t frame_count;
+    nsdf_workers *workers;
+    nsdf_progress_fn progress;
+    void *progress_user;
+    double start_time;              /* nsdf_clock() when the run began */
+} nsdf_fit_job;
+
+typedef struct nsdf_fit_result {
+    uint64_t steps, samples;
+    double near_error; /* running mean |f - d| near the surface */
+    int aborted;       /* progress answered NSDF_ABORT */
+    int diverged;      /* a parameter is not finite */
+} nsdf_fit_result;
+
+/* Fits parameters[parameter_count] from the values they hold.  Returns 0, or -1 when memory ran out. */
+int nsdf_fit_run(const nsdf_fit_job *job, float *parameters, nsdf_fit_result *result);
+
+/* Seconds of a clock that only goes forward. */
+double nsdf_clock(void);
+
+#endif

@@ -1,0 +1,43 @@
+/* Inner loops of fitting: small matrix products and activations on panels of points.
+ *
+ * Layout: points come in panels of NSDF_PANEL; a matrix over points is [panel][row][NSDF_PANEL], so that one panel of
+ * a layer stays in the first-level cache and every access is contiguous.  All pointers are aligned to 64 bytes. */
+#ifndef NSDF_FIT_KERNELS_H
+#define NSDF_FIT_KERNELS_H
+
+#include <stddef.h>
+#include <stdint.h>
+
+enum { NSDF_PANEL = 32 };
+
+typedef struct nsdf_fit_kernels {
+    const char *name;
+
+    /* y[panel][o][p] = sum_i a[o * stride + i] x[panel][i][p] for o < rows, i < cols.  Consecutive panels of x and y are
+     * x_panel and y_panel floats apart. */
+    void (*multiply)(const float *a, size_t stride, uint32_t rows, uint32_t cols, const float *x, size_t x_panel,
+                     float *y, size_t y_panel, uint32_t panels);
+
+    /* g[o * stride + i] += sum over panels and p of dz[panel][o][p] x[panel][i][p]. */
+    void (*outer)(const float *dz, size_t dz_panel, uint32_t rows, const float *x, size_t x_panel, uint32_t cols,
+                  float *g, size_t stride, uint32_t panels);
+
+    /* In place over `count` floats (a multiple of NSDF_PANEL): z becomes act(z), slope becomes act'(z).
+     * sine: sin(omega z), omega cos(omega z); absolute error of sine and cosine below 3e-7 for |omega z| < 1000. */
+    void (*sine)(float *z, float *slope, size_t count, float omega);
+    void (*relu)(float *z, float *slope, size_t count);
+    void (*tanh)(float *z, float *slope, size_t count);
+
+    /* y *= x, `count` floats. */
+    void (*scale)(float *y, const float *x, size_t count);
+} nsdf_fit_kernels;
+
+/* The fastest kernels that this processor runs. */
+const nsdf_fit_kernels *nsdf_fit_kernels_select(void);
+
+/* Each set, NULL where the build has no such set; for tests. */
+const nsdf_fit_kernels *nsdf_fit_kernels_generic(void);
+const nsdf_fit_kernels *nsdf_fit_kernels_avx2(void);
+const nsdf_fit_kernels *nsdf_fit_kernels_avx512(void);
+
+#endif

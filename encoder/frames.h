@@ -1,0 +1,51 @@
+/* The frames that were added: kept as floats relative to a local origin, normalised once all are known. */
+#ifndef NSDF_FRAMES_H
+#define NSDF_FRAMES_H
+
+#include "format_desc.h"
+#include "nsdf/encoder.h"
+#include "sdf.h"
+
+typedef struct nsdf_frame {
+    uint32_t number;        /* nominal frame */
+    nsdf_surface surface;   /* relative to the origin; normalised after nsdf_frames_normalise */
+    nsdf_sign_rule sign;
+    uint32_t open_edges;    /* boundary, non-manifold and inconsistent edges */
+    int reversed;           /* the triangles faced inward */
+} nsdf_frame;
+
+typedef struct nsdf_frames {
+    nsdf_frame *frames;
+    uint32_t count, capacity;
+    double origin[3];                /* of the stored positions: the first vertex of all */
+    double box_min[3], box_max[3];   /* world units */
+    uint64_t triangles;
+} nsdf_frames;
+
+void nsdf_frames_free(nsdf_frames *frames);
+
+/* Copies a mesh.  Fails with NSDF_INVALID_ARGUMENT (no triangle, NaN, index out of range) or NSDF_NO_MEMORY; the
+ * message speaks of "frame N". */
+nsdf_status nsdf_frames_add(nsdf_frames *frames, uint32_t number, const nsdf_input_mesh *mesh,
+                            nsdf_encoder_error *error);
+
+/* Mesh normalisation (thesis 5.8, 5.9): one box over all frames, centred, divided by its diagonal.  Fills box, centre,
+ * scale and the domain: the box, larger by `margin` (normalised) on every side. */
+nsdf_status nsdf_frames_normalise(nsdf_frames *frames, double margin, nsdf_file_header *header,
+                                  nsdf_encoder_error *error);
+
+/* Decides a frame's sign rule, and turns its triangles round when they face inward.  Normalised surfaces; reads and
+ * writes this frame only.  Returns 0, or -1 when memory ran out. */
+int nsdf_frame_orient(nsdf_frame *frame, int shell);
+
+/* Volume enclosed by the triangles (divergence theorem); negative when they face inward. */
+double nsdf_surface_volume(const nsdf_surface *surface);
+
+/* Writes into error and returns status. */
+nsdf_status nsdf_encoder_fail(nsdf_encoder_error *error, nsdf_status status, const char *format, ...)
+#if defined(__GNUC__)
+    __attribute__((format(printf, 3, 4)))
+#endif
+    ;
+
+#endif
