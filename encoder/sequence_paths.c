@@ -1,0 +1,334 @@
+#include "sequence_paths.h"
+
+#include <dirent.h>
+#include <errno.h>
+#include <glob.h>
+#include <stdbool.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+
+#include "input_error.h"
+#include "number_pattern.h"
+
+#define MAX_LINE 4096 /* of a list file, with the zero */
+
+/* ---- Lists ---- */
+
+void nsdf_path_list_free(nsdf_path_list *list) {
+    for (size_t i = 0; i < list->count; i++) {
+        free(list->items[i]);
+    }
+    free(list->items);
+    *list = (nsdf_path_list){0};
+}
+
+/* Takes `path` over, also on failure; NULL counts as memory that ran out. */
+static nsdf_status append(nsdf_path_list *list, char *path, nsdf_encoder_error *error) {
+    if (path != NULL && list->count == list->capacity) {
+        size_t capacity = 2 * list->capacity + 64;
+        char **items = realloc(list->items, capacity * sizeof *items);
+        if (items == NULL) {
+            free(path);
+            return nsdf_input_no_memory(error);
+        }
+        list->items = items;
+        list->capacity = capacity;
+    }
+    if (path == NULL) {
+        return nsdf_input_no_memory(error);
+    }
+    list->items[list->count++] = path;
+    return NSDF_OK;
+}
+
+/* The first `folder_length` bytes of `folder` (which may end in '/'), and a name in it. */
+static char *join(const char *folder, size_t folder_length, const char *name) {
+    bool slash = folder_length > 0 && folder[folder_length - 1] != '/';
+    size_t length = folder_length + slash + strlen(name) + 1;
+    char *path = malloc(length);
+    if (path != NULL) {
+        snprintf(path, length, "%.*s%s%s", (int)folder_length, folder, slash ? "/" : "", name);
+    }
+    return path;
+}
+
+/* Length of the part of a path that names the folder, with its '/'; 0 when there is none. */
+static size_t folder_length(const char *path) {
+    const char *slash = strrchr(path, '/');
+    return slash != NULL ? (size_t)(slash - path) + 1 : 0;
+}
+
+/* ---- Order ---- */
+
+static bool is_digit(char c) {
+    return c >= '0' && c <= '9';
+}
+
+static const char *skip_zeros(const char *p) {
+    while (p[0] == '0' && is_digit(p[1])) {
+        p++;
+    }
+    return p;
+}
+
+static size_t count_digits(const char *p) {
+    size_t n = 0;
+    while (is_digit(p[n])) {
+        n++;
+    }
+    return n;
+}
+
+int nsdf_natural_compare(const char *a, const char *b) {
+    const char *whole_a = a, *whole_b = b;
+    while (*a != '\0' && *b != '\0') {
+        if (is_digit(*a) && is_digit(*b)) {
+            a = skip_zeros(a);
+            b = skip_zeros(b);
+            size_t n = count_digits(a), m = count_digits(b);
+            int order = n != m ? (n < m ? -1 : 1) : memcmp(a, b, n);
+            if (order != 0) {
+                return order;
+            }
+            a += n;
+            b += m;
+        } else if (*a != *b) {
+            break;
+        } else {
+            a++;
+            b++;
+        }
+    }
+    int order = (int)(unsigned char)*a - (int)(unsigned char)*b;
+    return order != 0 ? order : strcmp(whole_a, whole_b); /* 1 and 01 must not be equal */
+}
+
+static int compare_paths(const void *a, const void *b) {
+    return nsdf_natural_compare(*(char *const *)a, *(char *const *)b);
+}
+
+static void sort_paths(nsdf_path_list *list, size_t first) {
+    if (list->count > first) {
+        qsort(list->items + first, list->count - first, sizeof *list->items, compare_paths);
+    }
+}
+
+/* ---- Kinds of files ---- */
+
+typedef enum path_kind { PATH_MISSING, PATH_FILE, PATH_FOLDER, PATH_OTHER } path_kind;
+
+static path_kind kind_of(const char *path) {
+    struct stat info;
+    if (stat(path, &info) != 0) {
+        return PATH_MISSING;
+    }
+    return S_ISREG(info.st_mode) ? PATH_FILE : S_ISDIR(info.st_mode) ? PATH_FOLDER : PATH_OTHER;
+}
+
+static bool has_suffix(const char *name, const char *suffix) {
+    size_t length = strlen(name), n = strlen(suffix);
+    if (length <= n) {
+        return false;
+    }
+    for (size_t i = 0; i < n; i++) {
+        char c = name[length - n + i];
+        c = c >= 'A' && c <= 'Z' ? (char)(c | 0x20) : c;
+        if (c != suffix[i]) {
+            return false;
+        }
+    }
+    return true;
+}
+
+/* ---- Folders and patterns ---- */
+
+/* Calls `chosen` for the name of every entry that is not hidden, and appends the regular files among those it wants. */
+static nsdf_status append_entries(nsdf_path_list *list, DIR *entries, const char *folder, size_t length,
+                                  bool (*chosen)(const void *what, const char *name), const void *what,
+                                  nsdf_encoder_error *error) {
+    const struct dirent *entry;
+    while ((entry = readdir(entries)) != NULL) {
+        if (entry->d_name[0] == '.' || !chosen(what, entry->d_name)) {
+            continue;
+        }
+        char *path = join(folder, length, entry->d_name);
+        if (path != NULL && kind_of(path) != PATH_FILE) {
+            free(path);
+            continue;
+        }
+        nsdf_status status = append(list, path, error);
+        if (status != NSDF_OK) {
+            return status;
+        }
+    }
+    return NSDF_OK;
+}
+
+static nsdf_status list_folder(nsdf_path_list *list, const char *folder, size_t length,
+                               bool (*chosen)(const void *what, const char *name), const void *what,
+                               nsdf_encoder_error *error) {
+    char *path = length > 0 ? join(folder, length, "") : join(".", 1, "");
+    if (path == NULL) {
+        return nsdf_input_no_memory(error);
+    }
+    DIR *entries = opendir(path);
+    nsdf_status status;
+    if (entries == NULL) {
+        const char *why = errno == ENOENT ? "no such folder" : "cannot read folder";
+        status = nsdf_input_fail(error, NSDF_IO, "%s '%s'", why, nsdf_show_path(path).text);
+    } else {
+        status = append_entries(list, entries, folder, length, chosen, what, error);
+        (void)closedir(entries);
+    }
+    free(path);
+    return status;
+}
+
+static bool is_obj_name(const void *unused, const char *name) {
+    (void)unused;
+    return has_suffix(name, ".obj");
+}
+
+static nsdf_status expand_folder(nsdf_path_list *list, const char *folder, nsdf_encoder_error *error) {
+    size_t first = list->count;
+    nsdf_status status = list_folder(list, folder, strlen(folder), is_obj_name, NULL, error);
+    if (status == NSDF_OK && list->count == first) {
+        return nsdf_input_fail(error, NSDF_IO, "empty folder '%s': no .obj files", nsdf_show_path(folder).text);
+    }
+    sort_paths(list, first);
+    return status;
+}
+
+static bool matches_pattern(const void *pattern, const char *name) {
+    uint64_t number;
+    return nsdf_number_pattern_match(pattern, name, &number);
+}
+
+/* Names that differ in the number only: their natural order is that of the numbers. */
+static nsdf_status expand_pattern(nsdf_path_list *list, const char *input, const nsdf_number_pattern *pattern,
+                                  nsdf_encoder_error *error) {
+    size_t first = list->count;
+    nsdf_status status = list_folder(list, input, folder_length(input), matches_pattern, pattern, error);
+    if (status == NSDF_OK && list->count == first) {
+        return nsdf_input_fail(error, NSDF_IO, "no file matches '%s'", nsdf_show_path(input).text);
+    }
+    sort_paths(list, first);
+    return status;
+}
+
+static nsdf_status append_found(nsdf_path_list *list, const glob_t *found, nsdf_encoder_error *error) {
+    nsdf_status status = NSDF_OK;
+    for (size_t i = 0; i < found->gl_pathc && status == NSDF_OK; i++) {
+        if (kind_of(found->gl_pathv[i]) == PATH_FILE) {
+            status = append(list, strdup(found->gl_pathv[i]), error);
+        }
+    }
+    return status;
+}
+
+static nsdf_status expand_glob(nsdf_path_list *list, const char *input, nsdf_encoder_error *error) {
+    size_t first = list->count;
+    glob_t found;
+    int result = glob(input, GLOB_NOSORT, NULL, &found);
+    if (result == GLOB_NOSPACE) {
+        return nsdf_input_no_memory(error);
+    }
+    nsdf_status status = result == 0 ? append_found(list, &found, error) : NSDF_OK;
+    globfree(&found);
+    if (status == NSDF_OK && list->count == first) {
+        return nsdf_input_fail(error, NSDF_IO, "no file matches '%s'", nsdf_show_path(input).text);
+    }
+    sort_paths(list, first);
+    return status;
+}
+
+/* ---- List files ---- */
+
+/* Cuts blanks and the line end off, and returns the first character that is not blank. */
+static char *trim(char *line) {
+    size_t length = strlen(line);
+    while (length > 0 && strchr(" \t\r\n", line[length - 1]) != NULL) {
+        line[--length] = '\0';
+    }
+    return line + strspn(line, " \t");
+}
+
+static nsdf_status append_listed(nsdf_path_list *list, const char *list_path, unsigned line, const char *name,
+                                 nsdf_encoder_error *error) {
+    char *path = join(list_path, name[0] == '/' ? 0 : folder_length(list_path), name);
+    if (path != NULL && kind_of(path) != PATH_FILE) {
+        const char *why = kind_of(path) == PATH_MISSING ? "no such file" : "not a regular file";
+        nsdf_status status =
+            nsdf_input_fail(error, NSDF_IO, "%s:%u: %s '%.90s'", nsdf_show_path(list_path).text, line, why, name);
+        free(path);
+        return status;
+    }
+    return append(list, path, error);
+}
+
+static nsdf_status read_list(nsdf_path_list *list, const char *path, FILE *file, nsdf_encoder_error *error) {
+    char line[MAX_LINE];
+    for (unsigned number = 1;; number++) {
+        memset(line, '\n', sizeof line); /* shows how far fgets came, beyond zero bytes too */
+        if (fgets(line, sizeof line, file) == NULL) {
+            return ferror(file) ? nsdf_input_fail(error, NSDF_IO, "%s: cannot read the file", nsdf_show_path(path).text)
+                                : NSDF_OK;
+        }
+        const char *end = memchr(line, '\n', sizeof line);
+        const char *zero = memchr(line, '\0', sizeof line);
+        if (end == NULL || (zero < end && !feof(file))) {
+            return nsdf_input_fail(error, NSDF_CORRUPT, "%s:%u: %s", nsdf_show_path(path).text, number,
+                                   end == NULL ? "the line is too long for a path"
+                                               : "a zero byte: this is not a list of paths");
+        }
+        const char *name = trim(line);
+        if (*name != '\0' && *name != '#') {
+            nsdf_status status = append_listed(list, path, number, name, error);
+            if (status != NSDF_OK) {
+                return status;
+            }
+        }
+    }
+}
+
+static nsdf_status expand_list(nsdf_path_list *list, const char *path, nsdf_encoder_error *error) {
+    size_t first = list->count;
+    FILE *file = fopen(path, "r");
+    if (file == NULL) {
+        return nsdf_input_fail(error, NSDF_IO, "%s: cannot open the list file", nsdf_show_path(path).text);
+    }
+    nsdf_status status = read_list(list, path, file, error);
+    (void)fclose(file);
+    if (status == NSDF_OK && list->count == first) {
+        return nsdf_input_fail(error, NSDF_CORRUPT, "empty list file '%s': no paths", nsdf_show_path(path).text);
+    }
+    return status;
+}
+
+/* ---- Inputs ---- */
+
+/* Something that exists is taken for what it is, whatever characters its name has. */
+nsdf_status nsdf_expand_input(nsdf_path_list *list, const char *input, nsdf_encoder_error *error) {
+    nsdf_number_pattern pattern;
+    switch (kind_of(input)) {
+    case PATH_FOLDER:
+        return expand_folder(list, input, error);
+    case PATH_FILE:
+        return has_suffix(input, ".txt") || has_suffix(input, ".lst") ? expand_list(list, input, error)
+                                                                      : append(list, strdup(input), error);
+    case PATH_OTHER:
+        return nsdf_input_fail(error, NSDF_IO, "'%s' is neither a regular file nor a folder",
+                               nsdf_show_path(input).text);
+    default:
+        break;
+    }
+    if (nsdf_number_pattern_parse(&pattern, input + folder_length(input))) {
+        return expand_pattern(list, input, &pattern, error);
+    }
+    if (strpbrk(input, "*?[") != NULL) {
+        return expand_glob(list, input, error);
+    }
+    return nsdf_input_fail(error, NSDF_IO, "no such file or folder '%s'", nsdf_show_path(input).text);
+}
