@@ -110,8 +110,8 @@ static nsdf_status fit(run *r) {
     nsdf_encoder_stats *stats = &r->encoder->stats;
     nsdf_fit_result result;
     nsdf_random random = nsdf_random_start(o->seed, 1);
-    nsdf_fit_job job = {&r->model, o, r->dataset.sets, r->dataset.u, r->dataset.frame_count, r->workers, r->progress,
-                        r->user, r->start};
+    nsdf_fit_job job = {&r->model, o, r->dataset.sets, r->dataset.u, r->dataset.frame_count,
+                        &r->encoder->frames, &r->header, r->workers, r->progress, r->user, r->start};
     nsdf_model_initialise(&r->model, &random, r->parameters);
     if (nsdf_fit_run(&job, r->parameters, &result) != 0)
         return nsdf_encoder_fail(r->error, NSDF_NO_MEMORY, "out of memory while fitting");

@@ -19,7 +19,7 @@ static nsdf_encoder_options common_options(void) {
     o.weight_time = NSDF_TIME_SPLINE;
     o.knot_spacing = 4.0;
     o.rank = 8;
-    o.omega_first = 60.0;
+    o.omega_first = 80.0;
     o.omega_hidden = 1.0;
     o.fourier_features = 20; /* five per input value, as in thesis chapter 8 */
     o.fourier_sigma = sqrt(3.0);
@@ -30,7 +30,7 @@ static nsdf_encoder_options common_options(void) {
     o.batch_frames = 8;
     o.batch_points = 1024;
     o.learning_rate = 2e-3;
-    o.weight_bits = 10.0;
+    o.weight_bits = 11.0;
     o.quantise_aware = 1;
     o.entropy = NSDF_CODER_RANGE;
     o.resolution = 192;
@@ -57,7 +57,7 @@ static void thesis_options(nsdf_encoder_options *o) {
 
 void nsdf_encoder_options_init(nsdf_encoder_options *options, nsdf_preset preset) {
     nsdf_encoder_options o = common_options();
-    o.steps = 30000;
+    o.steps = 20000;
     if (preset == NSDF_PRESET_MEDIUM) o.steps = 60000;
     if (preset == NSDF_PRESET_SLOW) {
         o.steps = 150000;

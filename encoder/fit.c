@@ -1,6 +1,7 @@
 #include "fit.h"
 
 #include "optimiser.h"
+#include "stray.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -10,9 +11,24 @@
 /* Rounding is simulated in this last part of fitting. */
 static const double quantise_aware_share = 0.25;
 
+/* When the network's surface is searched for strays, as shares of the steps, and on how fine a grid. */
+static const struct {
+    double at;
+    uint32_t resolution;
+} searches[] = {{0.4, 64}, {0.6, 64}, {0.75, 96}, {0.9, 96}};
+enum { SEARCHES = sizeof searches / sizeof *searches };
+
+/* After the last step, rounds of a few more follow until a search finds nothing. */
+enum { REPAIR_ROUNDS = 6, REPAIR_RESOLUTION = 128 };
+static const double repair_share = 0.02, repair_rate = 0.05;
+
+enum { HARD_POINTS = 128 }; /* that a slot takes besides its ordinary ones */
+
 typedef struct {
     uint32_t frame;
     float *composed, *gradient; /* [composed_size] */
+    float hard[4][HARD_POINTS]; /* x, y, z, d */
+    uint32_t hard_count;
     nsdf_fit_sums sums;
 } slot;
 
@@ -29,6 +45,8 @@ typedef struct {
     float *gradient, *rounded; /* [parameter_count] */
     const float *active;       /* parameters that the batch uses: fitted ones, or rounded ones */
     double near_error;
+    nsdf_sample_set *hard;     /* [frame] */
+    uint32_t searched;         /* searches made */
 } state;
 
 double nsdf_clock(void) {
@@ -46,6 +64,8 @@ static void free_state(state *s) {
         free(s->slots[i].gradient);
     }
     for (uint32_t i = 0; s->scratch && i < workers; i++) nsdf_fit_scratch_free(s->scratch[i]);
+    for (uint32_t i = 0; s->hard && i < s->job->frame_count; i++) nsdf_sample_set_free(&s->hard[i]);
+    free(s->hard);
     free(s->slots);
     free(s->scratch);
     free(s->order);
@@ -66,11 +86,12 @@ static int create_state(state *s, const nsdf_fit_job *job) {
     s->random = nsdf_random_start(o->seed, 2);
     s->order = calloc(job->frame_count, sizeof *s->order);
     s->cursor = calloc(job->frame_count, sizeof *s->cursor);
+    s->hard = calloc(job->frame_count, sizeof *s->hard);
     s->slots = calloc(o->batch_frames, sizeof *s->slots);
     s->scratch = calloc(workers, sizeof *s->scratch);
     s->gradient = calloc(model->parameter_count, sizeof(float));
     s->rounded = calloc(model->parameter_count, sizeof(float));
-    int ok = s->order && s->cursor && s->slots && s->scratch && s->gradient && s->rounded &&
+    int ok = s->order && s->cursor && s->hard && s->slots && s->scratch && s->gradient && s->rounded &&
              nsdf_adam_create(&s->adam, model->parameter_count) == 0;
     for (uint32_t i = 0; ok && i < o->batch_frames; i++) {
         s->slots[i].composed = calloc(model->composed_size, sizeof(float));
@@ -111,6 +132,19 @@ static nsdf_fit_points next_points(const state *s, uint32_t index) {
     return p;
 }
 
+/* A random choice of the frame's hard samples. */
+static void choose_hard(state *s, slot *sl) {
+    const nsdf_sample_set *hard = &s->hard[sl->frame];
+    sl->hard_count = hard->count ? HARD_POINTS : 0;
+    for (uint32_t i = 0; i < sl->hard_count; i++) {
+        uint32_t j = nsdf_random_below(&s->random, (uint32_t)hard->count);
+        sl->hard[0][i] = hard->x[j];
+        sl->hard[1][i] = hard->y[j];
+        sl->hard[2][i] = hard->z[j];
+        sl->hard[3][i] = hard->d[j];
+    }
+}
+
 static void run_slot(void *data, uint32_t index, uint32_t worker) {
     state *s = data;
     slot *sl = &s->slots[index];
@@ -122,6 +156,11 @@ static void run_slot(void *data, uint32_t index, uint32_t worker) {
     sl->sums = (nsdf_fit_sums){0, 0, 0};
     nsdf_fit_backward(job->model, s->kernels, s->scratch[worker], sl->composed, &points, &s->loss, scale, sl->gradient,
                       &sl->sums);
+    if (sl->hard_count == 0) return;
+    nsdf_fit_points hard = {sl->hard[0], sl->hard[1], sl->hard[2], sl->hard[3], sl->hard_count, points.time};
+    nsdf_fit_sums unused = {0, 0, 0};
+    nsdf_fit_backward(job->model, s->kernels, s->scratch[worker], sl->composed, &hard, &s->loss, scale, sl->gradient,
+                      &unused);
 }
 
 /* Gradients are added slot by slot, so that the sum does not depend on the threads. */
@@ -142,17 +181,20 @@ static void gather(state *s) {
     s->near_error = s->near_error > 0.0 ? 0.99 * s->near_error + 0.01 * mean : mean;
 }
 
-static void one_step(state *s, uint64_t step, float *parameters, int rounding) {
+static void one_step(state *s, float *parameters, double rate, int rounding) {
     const nsdf_encoder_options *o = s->job->options;
     s->active = parameters;
     if (rounding) {
         nsdf_round_parameters(s->job->model, parameters, s->rounded);
         s->active = s->rounded; /* straight-through: the gradient at the rounded values moves the fitted ones */
     }
-    for (uint32_t i = 0; i < o->batch_frames; i++) s->slots[i].frame = next_frame(s);
+    for (uint32_t i = 0; i < o->batch_frames; i++) {
+        s->slots[i].frame = next_frame(s);
+        choose_hard(s, &s->slots[i]);
+    }
     nsdf_workers_run(s->job->workers, o->batch_frames, run_slot, s);
     gather(s);
-    nsdf_adam_step(&s->adam, parameters, s->gradient, nsdf_rate_schedule(step, o->steps, o->learning_rate));
+    nsdf_adam_step(&s->adam, parameters, s->gradient, rate);
 }
 
 /* ---- The loop ------------------------------------------------------------------------------------------- */
@@ -174,35 +216,84 @@ static int all_finite(const float *values, uint64_t count) {
     return 1;
 }
 
+static void count_step(const state *s, nsdf_fit_result *result) {
+    const nsdf_encoder_options *o = s->job->options;
+    result->steps++;
+    for (uint32_t i = 0; i < o->batch_frames; i++) {
+        size_t count = s->job->samples[s->slots[i].frame].count;
+        result->samples += o->batch_points < count ? o->batch_points : count;
+    }
+}
+
+static int find_strays(state *s, const float *parameters, uint32_t resolution, nsdf_fit_result *result) {
+    const nsdf_fit_job *job = s->job;
+    nsdf_stray_job search = {job->model, s->kernels, s->scratch, parameters, job->frames, job->u, {0}, {0},
+                             (float)(job->options->shell / job->header->scale), resolution,
+                             job->options->seed + s->searched++, job->workers, s->hard};
+    memcpy(search.domain_min, job->header->domain_min, sizeof search.domain_min);
+    memcpy(search.domain_max, job->header->domain_max, sizeof search.domain_max);
+    return nsdf_find_strays(&search, &result->strays);
+}
+
+static uint64_t rounding_start(const nsdf_encoder_options *o) {
+    if (!o->quantise_aware || o->weight_bits >= 32.0) return UINT64_MAX;
+    return (uint64_t)((1.0 - quantise_aware_share) * (double)o->steps);
+}
+
+/* The main loop.  Returns the last answer of the progress callback, or -1 when memory ran out. */
+static int fit_steps(state *s, float *parameters, double began, nsdf_fit_result *result) {
+    const nsdf_encoder_options *o = s->job->options;
+    nsdf_quantise_params quantise = {o->weight_bits, 0};
+    uint64_t rounding_from = rounding_start(o);
+    double reported = began;
+    for (uint64_t step = 0; step < o->steps; step++) {
+        if (step == rounding_from) nsdf_choose_quantisers(s->job->model, &quantise, parameters);
+        if (s->searched < SEARCHES && step == (uint64_t)(searches[s->searched].at * (double)o->steps) && step > 0 &&
+            find_strays(s, s->active, searches[s->searched].resolution, result) != 0)
+            return -1;
+        one_step(s, parameters, nsdf_rate_schedule(step, o->steps, o->learning_rate), step >= rounding_from);
+        count_step(s, result);
+        if (nsdf_clock() - reported < 0.1 && step + 1 < o->steps) continue;
+        reported = nsdf_clock();
+        int answer = report(s, step + 1, began, result);
+        if (answer != NSDF_CONTINUE) return answer;
+    }
+    return NSDF_CONTINUE;
+}
+
+/* Searches, and fits a little more while anything is found. */
+static int repair(state *s, float *parameters, double began, nsdf_fit_result *result) {
+    const nsdf_encoder_options *o = s->job->options;
+    uint64_t steps = 1 + (uint64_t)(repair_share * (double)o->steps);
+    int rounding = rounding_start(o) != UINT64_MAX;
+    for (int round = 0; round < REPAIR_ROUNDS; round++) {
+        if (rounding) nsdf_round_parameters(s->job->model, parameters, s->rounded);
+        if (find_strays(s, rounding ? s->rounded : parameters, REPAIR_RESOLUTION, result) != 0) return -1;
+        if (result->strays == 0) break;
+        for (uint64_t step = 0; step < steps; step++) {
+            one_step(s, parameters, nsdf_rate_schedule(step, steps, repair_rate * o->learning_rate), rounding);
+            count_step(s, result);
+        }
+        int answer = report(s, o->steps, began, result);
+        if (answer != NSDF_CONTINUE) return answer;
+    }
+    return NSDF_CONTINUE;
+}
+
 int nsdf_fit_run(const nsdf_fit_job *job, float *parameters, nsdf_fit_result *result) {
     const nsdf_encoder_options *o = job->options;
     nsdf_quantise_params quantise = {o->weight_bits, 0};
-    uint64_t rounding_from = o->quantise_aware && o->weight_bits < 32.0
-                                 ? (uint64_t)((1.0 - quantise_aware_share) * (double)o->steps)
-                                 : UINT64_MAX;
     state s;
     memset(result, 0, sizeof *result);
-    if (create_state(&s, job) != 0) {
-        free_state(&s);
-        return -1;
-    }
-    double began = nsdf_clock(), reported = began;
-    for (uint64_t step = 0; step < o->steps; step++) {
-        if (step == rounding_from) nsdf_choose_quantisers(job->model, &quantise, parameters);
-        one_step(&s, step, parameters, step >= rounding_from);
-        result->steps++;
-        for (uint32_t i = 0; i < o->batch_frames; i++) {
-            size_t count = job->samples[s.slots[i].frame].count;
-            result->samples += o->batch_points < count ? o->batch_points : count;
-        }
-        if (nsdf_clock() - reported < 0.1 && step + 1 < o->steps) continue;
-        reported = nsdf_clock();
-        if (report(&s, step + 1, began, result) != NSDF_CONTINUE) break;
-    }
+    int answer = create_state(&s, job) == 0 ? NSDF_CONTINUE : -1;
+    double began = nsdf_clock();
+    if (answer == NSDF_CONTINUE) answer = fit_steps(&s, parameters, began, result);
+    if (answer == NSDF_CONTINUE) answer = repair(&s, parameters, began, result);
     result->near_error = s.near_error;
     result->diverged = !all_finite(parameters, job->model->parameter_count);
-    if (o->quantise_aware && result->steps <= rounding_from)
+    /* Stopped before rounding began, or raw values: the quantisers are still to be chosen. */
+    if (o->quantise_aware && result->steps <= rounding_start(o))
         nsdf_choose_quantisers(job->model, &quantise, parameters);
     free_state(&s);
-    return 0;
+    return answer < 0 ? -1 : 0;
 }

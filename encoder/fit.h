@@ -3,6 +3,7 @@
 #define NSDF_FIT_H
 
 #include "fit_network.h"
+#include "frames.h"
 #include "quantise_model.h"
 #include "sampler.h"
 #include "workers.h"
@@ -13,6 +14,8 @@ typedef struct nsdf_fit_job {
     const nsdf_sample_set *samples; /* [frame_count] */
     const double *u;                /* [frame_count]: time of each frame in [0, 1] */
     uint32_t frame_count;
+    const nsdf_frames *frames;      /* normalised: what the samples were made of */
+    const nsdf_file_header *header;
     nsdf_workers *workers;
     nsdf_progress_fn progress;
     void *progress_user;
@@ -22,6 +25,7 @@ typedef struct nsdf_fit_job {
 typedef struct nsdf_fit_result {
     uint64_t steps, samples;
     double near_error; /* running mean |f - d| near the surface */
+    uint64_t strays;   /* crossings far from the input that the last search found */
     int aborted;       /* progress answered NSDF_ABORT */
     int diverged;      /* a parameter is not finite */
 } nsdf_fit_result;

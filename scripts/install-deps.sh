@@ -1,0 +1,56 @@
+#!/usr/bin/env bash
+# Installs what the build and the tests need, on Debian and its relatives; says what is needed elsewhere.
+# usage: install-deps.sh [--clang]      --clang: also the second compiler, for scripts/test.sh --all
+set -euo pipefail
+
+packages=(gcc g++ libc6-dev cmake ninja-build pkg-config zlib1g-dev libzstd-dev libopenblas-dev libcmocka-dev zstd)
+[ "${1:-}" = --clang ] && packages+=(clang)
+
+if ! command -v dpkg-query >/dev/null || ! command -v apt-get >/dev/null; then
+    echo "install-deps: this is not Debian; please make sure that these are installed:"
+    echo "  a C11 compiler, CMake 3.25, Ninja or make, pkg-config, zlib, zstd, OpenBLAS, cmocka"
+    exit 0
+fi
+
+missing=()
+for package in "${packages[@]}"; do
+    # Debian 12 has pkg-config as a name of pkgconf
+    if [ "$package" = pkg-config ] && command -v pkg-config >/dev/null; then
+        continue
+    fi
+    status=$(dpkg-query -W -f='${db:Status-Status}' "$package" 2>/dev/null || true)
+    [ "$status" = installed ] || missing+=("$package")
+done
+if [ "${#missing[@]}" -eq 0 ]; then
+    echo "install-deps: everything is installed"
+    exit 0
+fi
+
+as_root=()
+if [ "$(id -u)" -ne 0 ]; then
+    if ! command -v sudo >/dev/null; then
+        echo "install-deps: missing packages, and neither root nor sudo to install them. As root, run:" >&2
+        echo "  apt-get install ${missing[*]}" >&2
+        exit 1
+    fi
+    as_root=(sudo)
+fi
+
+# Mirrors fail now and then: three tries, with a pause.
+apt() {
+    local try
+    for try in 1 2 3; do
+        if "${as_root[@]}" env DEBIAN_FRONTEND=noninteractive \
+            apt-get -o Acquire::Retries=3 -o DPkg::Lock::Timeout=120 "$@"; then
+            return 0
+        fi
+        echo "install-deps: apt-get $1 failed (try $try of 3)" >&2
+        sleep $((try * 5))
+    done
+    return 1
+}
+
+echo "install-deps: installing ${missing[*]}"
+apt -qq update
+apt -qq -y install --no-install-recommends "${missing[@]}" >/dev/null
+echo "install-deps: done"

@@ -1,0 +1,9 @@
+nsdf-dec --info fixture/tiny.nsdf >info
+grep -qi frames info || give_up "no frames in $(<info)"
+nsdf-dec --info --json fixture/tiny.nsdf >info.json
+[[ $(<info.json) == '{'*'}' ]] || give_up "not JSON: $(<info.json)"
+if command -v python3 >/dev/null; then
+    python3 -m json.tool info.json >/dev/null || give_up "not JSON: $(<info.json)"
+fi
+nsdf-dec --verify fixture/tiny.nsdf >verified
+echo "info, json, verify"

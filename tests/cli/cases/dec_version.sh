@@ -1,0 +1,1 @@
+nsdf-dec --version

@@ -1,0 +1,9 @@
+fails 2 --frobnicate nsdf-enc --frobnicate -o a.nsdf fixture/frames
+fails 2 help nsdf-enc
+fails 2 help nsdf-enc fixture/frames
+fails 2 help nsdf-enc -o a.nsdf
+fails 2 --fps nsdf-enc --fps -3 -o a.nsdf fixture/frames
+fails 2 --preset nsdf-enc --preset warp -o a.nsdf fixture/frames
+fails 2 --entropy nsdf-enc --entropy zip -o a.nsdf fixture/frames
+fails 2 layers nsdf-enc --layers 99 -o a.nsdf fixture/frames
+no_leftovers . fixture

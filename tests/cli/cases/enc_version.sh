@@ -1,0 +1,1 @@
+nsdf-enc --version

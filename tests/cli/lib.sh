@@ -1,0 +1,83 @@
+# Helpers for the cases; loaded by run_cli.sh.  They print a line on success and end the case with a reason on failure.
+# shellcheck shell=bash disable=SC2034
+
+# The smallest model that is worth the name, for cases that need any file.
+tiny=(--layers 2 --width 16 --steps 60 --batch-points 256 --samples 4000 --resolution 24 --threads 2)
+
+give_up() {
+    printf 'FAILED: %s\n' "$*" >&2
+    exit 1
+}
+
+skip() {
+    printf '%s\n' "$*" >&2
+    exit 77
+}
+
+# fails CODE TEXT COMMAND...: the command must exit with CODE, print nothing on stdout, and one line on stderr that
+# begins with its name and contains TEXT.
+fails() {
+    local code=$1 text=$2 found=0
+    shift 2
+    "$@" >fails.out 2>fails.err || found=$?
+    [ "$found" = "$code" ] || give_up "'$*' ended with $found, expected $code: $(head -c 300 fails.err)"
+    [ ! -s fails.out ] || give_up "'$*' failed but printed on stdout: $(head -c 300 fails.out)"
+    [ "$(wc -l <fails.err)" = 1 ] || give_up "'$*' should print one line: $(head -c 600 fails.err)"
+    [[ $(<fails.err) == "${1##*/}: "*"$text"* ]] || give_up "'$*' should mention '$text': $(<fails.err)"
+    rm -f fails.out fails.err
+    echo "exit $code: $text"
+}
+
+# no_leftovers FOLDER [NAME...]: nothing but these names is in the folder.
+no_leftovers() {
+    local folder=$1 found
+    shift
+    found=$(find "$folder" -mindepth 1 -maxdepth 1 -printf '%f\n' | LC_ALL=C sort | tr '\n' ' ')
+    [ "$found" = "$(printf '%s\n' "$@" | LC_ALL=C sort | sed '/^$/d' | tr '\n' ' ')" ] ||
+        give_up "left in $folder: $found"
+    echo "nothing left behind"
+}
+
+same() {
+    cmp -s "$1" "$2" || give_up "$1 and $2 differ"
+    echo "equal"
+}
+
+size_of() {
+    stat -c %s "$1"
+}
+
+# Overwrites the byte at an offset: poke FILE OFFSET HEX
+poke() {
+    printf '%b' "\\x$3" | dd of="$1" bs=1 seek="$2" conv=notrunc status=none
+}
+
+# Flips the lowest bit of the byte at an offset.
+flip() {
+    local byte
+    byte=$(od -An -tu1 -j "$2" -N 1 "$1" | tr -d ' ')
+    poke "$1" "$2" "$(printf '%02x' $((byte ^ 1)))"
+}
+
+# Starts a command in the background with SIGINT at its default (bash sets it to ignored for background jobs); its
+# number is in $pid, its messages are in interrupted.err.
+start_interruptible() {
+    set -m
+    "$@" >interrupted.out 2>interrupted.err &
+    pid=$!
+    set +m
+}
+
+# wait_for PID SECONDS: the exit code of the process, or failure when it does not end in time.
+wait_for() {
+    local process=$1 tries=$(($2 * 10)) code=0
+    while kill -0 "$process" 2>/dev/null && [ "$tries" -gt 0 ]; do
+        sleep 0.1
+        tries=$((tries - 1))
+    done
+    if kill -KILL "$process" 2>/dev/null; then
+        give_up "process $process did not end in $2 seconds"
+    fi
+    wait "$process" || code=$?
+    return "$code"
+}
