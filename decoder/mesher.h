@@ -14,9 +14,9 @@ typedef struct nsdf_mesher_job {
     float bound;                        /* skip a cube of half diagonal r where |f(centre)| > bound * r */
     int dense;                          /* skip nothing */
     int normals;
-    uint32_t projection;                /* Newton steps */
-    double centre[3], scale;            /* world = normalised * scale + centre */
-    int (*cancel)(void *user);          /* may be NULL; called on the calling thread */
+    uint32_t projection;       /* Newton steps */
+    double centre[3], scale;   /* world = normalised * scale + centre */
+    int (*cancel)(void *user); /* may be NULL; called on the calling thread */
     void *cancel_user;
 } nsdf_mesher_job;
 

@@ -15,25 +15,30 @@ typedef struct {
     nsdf_dataset *dataset;
     nsdf_sampler_params params;
     uint32_t first; /* frame of task 0 */
-    uint8_t *failed, *no_inside;
+    uint8_t *fault; /* [frame] */
 } context;
 
+enum { FAULT_NONE, FAULT_NO_AREA, FAULT_NO_INSIDE, FAULT_NO_MEMORY };
+
 void nsdf_dataset_free(nsdf_dataset *dataset) {
-    for (uint32_t i = 0; dataset->sets && i < dataset->frame_count; i++) nsdf_sample_set_free(&dataset->sets[i]);
+    for (uint32_t i = 0; dataset->sets && i < dataset->frame_count; i++)
+        nsdf_sample_set_free(&dataset->sets[i]);
     free(dataset->sets);
     free(dataset->u);
     memset(dataset, 0, sizeof *dataset);
 }
 
 static uint32_t samples_per_frame(const nsdf_encoder_options *o, uint32_t frames) {
-    if (o->samples_per_frame) return o->samples_per_frame;
+    if (o->samples_per_frame)
+        return o->samples_per_frame;
     double n = sample_budget / (double)frames;
     return (uint32_t)(n < fewest_samples ? fewest_samples : n > most_samples ? most_samples : n);
 }
 
 static int has_inside(const nsdf_sample_set *set) {
     for (size_t i = 0; i < set->count; i++)
-        if (set->d[i] < 0.0f) return 1;
+        if (set->d[i] < 0.0f)
+            return 1;
     return 0;
 }
 
@@ -43,25 +48,34 @@ static void sample_one(void *data, uint32_t index, uint32_t worker) {
     nsdf_frame *frame = &c->job->frames->frames[i];
     const nsdf_encoder_options *o = c->job->options;
     (void)worker;
-    c->failed[i] = 1;
-    if (nsdf_frame_orient(frame, o->shell > 0.0) != 0) return;
+    c->fault[i] = FAULT_NO_AREA;
+    if (!(nsdf_surface_area(&frame->surface) > 0.0))
+        return;
+    c->fault[i] = FAULT_NO_MEMORY;
+    if (nsdf_frame_orient(frame, o->shell > 0.0) != 0)
+        return;
     nsdf_sdf *sdf = nsdf_sdf_create(&frame->surface, frame->sign, (float)(o->shell / c->job->header->scale));
-    if (!sdf) return;
+    if (!sdf)
+        return;
     nsdf_random random = nsdf_random_start(o->seed, 1000 + (uint64_t)i);
     nsdf_sample_set *set = &c->dataset->sets[i];
-    c->failed[i] = nsdf_sample_frame(sdf, &frame->surface, &c->params, &random, set) != 0;
-    c->no_inside[i] = !c->failed[i] && !has_inside(set);
+    if (nsdf_sample_frame(sdf, &frame->surface, &c->params, &random, set) == 0)
+        c->fault[i] = has_inside(set) ? FAULT_NONE : FAULT_NO_INSIDE;
     nsdf_sdf_free(sdf);
 }
 
 static nsdf_status check_frames(const context *c, uint32_t from, uint32_t to, nsdf_encoder_error *error) {
     for (uint32_t i = from; i < to; i++) {
         const nsdf_frame *f = &c->job->frames->frames[i];
-        if (c->failed[i]) return nsdf_encoder_fail(error, NSDF_NO_MEMORY, "frame %u: cannot be sampled", f->number);
-        if (c->no_inside[i])
+        if (c->fault[i] == FAULT_NO_MEMORY)
+            return nsdf_encoder_fail(error, NSDF_NO_MEMORY, "out of memory for samples of frame %u", f->number);
+        if (c->fault[i] == FAULT_NO_AREA)
+            return nsdf_encoder_fail(error, NSDF_INVALID_ARGUMENT, "frame %u has no area", f->number);
+        if (c->fault[i] == FAULT_NO_INSIDE)
             return nsdf_encoder_fail(error, NSDF_INVALID_ARGUMENT,
                                      "frame %u has no inside: it is a sheet with %u open edges; give it a thickness "
-                                     "(shell)", f->number, f->open_edges);
+                                     "(shell)",
+                                     f->number, f->open_edges);
     }
     return NSDF_OK;
 }
@@ -75,9 +89,13 @@ static nsdf_status sample_all(context *c, nsdf_encoder_error *error) {
         c->first = i;
         nsdf_workers_run(job->workers, n, sample_one, c);
         nsdf_status status = check_frames(c, i, i + n, error);
-        if (status != NSDF_OK) return status;
+        if (status != NSDF_OK)
+            return status;
         double done = (double)(i + n) / (double)count, spent = nsdf_clock() - began;
-        nsdf_progress p = {NSDF_STAGE_SAMPLE, done, nsdf_clock() - job->start_time, 0.0,
+        nsdf_progress p = {NSDF_STAGE_SAMPLE,
+                           done,
+                           nsdf_clock() - job->start_time,
+                           0.0,
                            (double)(i + n) * (double)c->params.count / (spent > 0.0 ? spent : 1.0),
                            spent * (1.0 - done) / done};
         if (job->progress && job->progress(job->progress_user, &p) == NSDF_ABORT)
@@ -100,20 +118,20 @@ nsdf_status nsdf_dataset_create(nsdf_dataset *dataset, const nsdf_dataset_job *j
     c.params.d_half = (float)job->options->d_half;
     memcpy(c.params.domain_min, job->header->domain_min, sizeof c.params.domain_min);
     memcpy(c.params.domain_max, job->header->domain_max, sizeof c.params.domain_max);
-    c.failed = calloc(count, 1);
-    c.no_inside = calloc(count, 1);
+    c.fault = calloc(count, 1);
     dataset->frame_count = count;
     dataset->sets = calloc(count, sizeof *dataset->sets);
     dataset->u = calloc(count, sizeof *dataset->u);
     nsdf_status status = NSDF_OK;
-    if (!c.failed || !c.no_inside || !dataset->sets || !dataset->u)
+    if (!c.fault || !dataset->sets || !dataset->u)
         status = nsdf_encoder_fail(error, NSDF_NO_MEMORY, "out of memory for samples");
     for (uint32_t i = 0; status == NSDF_OK && i < count && last > first; i++)
         dataset->u[i] = (double)(frames->frames[i].number - first) / (double)(last - first);
-    if (status == NSDF_OK) status = sample_all(&c, error);
-    free(c.failed);
-    free(c.no_inside);
-    if (status != NSDF_OK) nsdf_dataset_free(dataset);
+    if (status == NSDF_OK)
+        status = sample_all(&c, error);
+    free(c.fault);
+    if (status != NSDF_OK)
+        nsdf_dataset_free(dataset);
     return status;
 }
 
@@ -127,17 +145,24 @@ static double estimate_speed(const nsdf_sample_set *a, const nsdf_sample_set *b)
     const float size = 1.1f / CELLS;
     uint32_t *cell = malloc(TOTAL * sizeof *cell);
     double most = 0.0;
-    if (!cell) return 0.0;
-    for (size_t i = 0; i < TOTAL; i++) cell[i] = UINT32_MAX;
+    if (!cell)
+        return 0.0;
+    for (size_t i = 0; i < TOTAL; i++)
+        cell[i] = UINT32_MAX;
     for (int pass = 0; pass < 2; pass++) {
         const nsdf_sample_set *s = pass ? a : b;
         for (size_t i = 0; i < s->count && i < UINT32_MAX; i++) {
-            int x = (int)((s->x[i] + 0.55f) / size), y = (int)((s->y[i] + 0.55f) / size), z = (int)((s->z[i] + 0.55f) / size);
-            if (x < 0 || y < 0 || z < 0 || x >= CELLS || y >= CELLS || z >= CELLS) continue;
+            int x = (int)((s->x[i] + 0.55f) / size), y = (int)((s->y[i] + 0.55f) / size),
+                z = (int)((s->z[i] + 0.55f) / size);
+            if (x < 0 || y < 0 || z < 0 || x >= CELLS || y >= CELLS || z >= CELLS)
+                continue;
             uint32_t *c = &cell[(x * CELLS + y) * CELLS + z];
-            if (!pass) *c = (uint32_t)i;
-            if (!pass || *c == UINT32_MAX) continue;
-            double dx = (double)(s->x[i] - b->x[*c]), dy = (double)(s->y[i] - b->y[*c]), dz = (double)(s->z[i] - b->z[*c]);
+            if (!pass)
+                *c = (uint32_t)i;
+            if (!pass || *c == UINT32_MAX)
+                continue;
+            double dx = (double)(s->x[i] - b->x[*c]), dy = (double)(s->y[i] - b->y[*c]),
+                   dz = (double)(s->z[i] - b->z[*c]);
             double change = fabs((double)(s->d[i] - b->d[*c])) - sqrt(dx * dx + dy * dy + dz * dz);
             most = change > most ? change : most;
         }
@@ -157,7 +182,8 @@ void nsdf_dataset_normalise(const nsdf_dataset *dataset, const nsdf_encoder_opti
         desc->value_scale = high > low ? 0.5f * (high - low) : 1.0f;
         desc->value_offset = 0.5f * (high + low);
     }
-    if (o->time_norm != NSDF_TIME_SPEED || o->input == NSDF_MODEL_XYZ) return;
+    if (o->time_norm != NSDF_TIME_SPEED || o->input == NSDF_MODEL_XYZ)
+        return;
     double speed = 0.0;
     for (uint32_t f = 0; f + 1 < dataset->frame_count; f++)
         speed = fmax(speed, estimate_speed(&dataset->sets[f], &dataset->sets[f + 1]));

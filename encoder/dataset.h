@@ -11,7 +11,7 @@ typedef struct nsdf_dataset {
     nsdf_sample_set *sets; /* [frame_count] */
     double *u;             /* [frame_count]: time in [0, 1] over the sequence */
     uint32_t frame_count;
-    double bytes;          /* memory that the samples take */
+    double bytes; /* memory that the samples take */
 } nsdf_dataset;
 
 typedef struct nsdf_dataset_job {

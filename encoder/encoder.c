@@ -37,22 +37,28 @@ typedef struct {
     double start;
 } run;
 
-nsdf_status nsdf_encoder_create(nsdf_encoder **encoder, const nsdf_encoder_options *options, nsdf_encoder_error *error) {
-    if (!encoder) return NSDF_INVALID_ARGUMENT;
+nsdf_status nsdf_encoder_create(nsdf_encoder **encoder, const nsdf_encoder_options *options,
+                                nsdf_encoder_error *error) {
+    if (!encoder)
+        return nsdf_encoder_fail(error, NSDF_INVALID_ARGUMENT, "a NULL was given");
     nsdf_encoder_options defaults;
     nsdf_encoder_options_init(&defaults, NSDF_PRESET_MEDIUM);
-    if (!options) options = &defaults;
+    if (!options)
+        options = &defaults;
     nsdf_status status = nsdf_encoder_options_check(options, error);
-    if (status != NSDF_OK) return status;
+    if (status != NSDF_OK)
+        return status;
     nsdf_encoder *e = calloc(1, sizeof *e);
-    if (!e) return nsdf_encoder_fail(error, NSDF_NO_MEMORY, "out of memory");
+    if (!e)
+        return nsdf_encoder_fail(error, NSDF_NO_MEMORY, "out of memory");
     e->options = *options;
     *encoder = e;
     return NSDF_OK;
 }
 
 void nsdf_encoder_close(nsdf_encoder **encoder) {
-    if (!encoder || !*encoder) return;
+    if (!encoder || !*encoder)
+        return;
     nsdf_frames_free(&(*encoder)->frames);
     nsdf_buffer_free(&(*encoder)->file);
     free(*encoder);
@@ -61,8 +67,10 @@ void nsdf_encoder_close(nsdf_encoder **encoder) {
 
 nsdf_status nsdf_encoder_add_frame(nsdf_encoder *encoder, uint32_t frame, const nsdf_input_mesh *mesh,
                                    nsdf_encoder_error *error) {
-    if (!encoder || !mesh) return nsdf_encoder_fail(error, NSDF_INVALID_ARGUMENT, "a NULL was given");
-    if (encoder->ran) return nsdf_encoder_fail(error, NSDF_INVALID_ARGUMENT, "frames cannot be added after a run");
+    if (!encoder || !mesh)
+        return nsdf_encoder_fail(error, NSDF_INVALID_ARGUMENT, "a NULL was given");
+    if (encoder->ran)
+        return nsdf_encoder_fail(error, NSDF_INVALID_ARGUMENT, "frames cannot be added after a run");
     return nsdf_frames_add(&encoder->frames, frame, mesh, error);
 }
 
@@ -95,7 +103,8 @@ static nsdf_status sample(run *r) {
     nsdf_encoder_stats *stats = &r->encoder->stats;
     nsdf_dataset_job job = {frames, &r->encoder->options, &r->header, r->workers, r->progress, r->user, r->start};
     nsdf_status status = nsdf_dataset_create(&r->dataset, &job, r->error);
-    if (status != NSDF_OK) return status;
+    if (status != NSDF_OK)
+        return status;
     nsdf_dataset_normalise(&r->dataset, &r->encoder->options, &r->model.desc);
     for (uint32_t i = 0; i < frames->count; i++) {
         stats->open_edges += frames->frames[i].open_edges;
@@ -110,8 +119,9 @@ static nsdf_status fit(run *r) {
     nsdf_encoder_stats *stats = &r->encoder->stats;
     nsdf_fit_result result;
     nsdf_random random = nsdf_random_start(o->seed, 1);
-    nsdf_fit_job job = {&r->model, o, r->dataset.sets, r->dataset.u, r->dataset.frame_count,
-                        &r->encoder->frames, &r->header, r->workers, r->progress, r->user, r->start};
+    nsdf_fit_job job = {
+        &r->model,  o,           r->dataset.sets, r->dataset.u, r->dataset.frame_count, &r->encoder->frames, &r->header,
+        r->workers, r->progress, r->user,         r->start};
     nsdf_model_initialise(&r->model, &random, r->parameters);
     if (nsdf_fit_run(&job, r->parameters, &result) != 0)
         return nsdf_encoder_fail(r->error, NSDF_NO_MEMORY, "out of memory while fitting");
@@ -119,9 +129,11 @@ static nsdf_status fit(run *r) {
     stats->samples = result.samples;
     stats->fit_error = result.near_error;
     nsdf_dataset_free(&r->dataset);
-    if (result.aborted) return nsdf_encoder_fail(r->error, NSDF_CANCELLED, "cancelled");
+    if (result.aborted)
+        return nsdf_encoder_fail(r->error, NSDF_CANCELLED, "cancelled");
     if (result.diverged)
-        return nsdf_encoder_fail(r->error, NSDF_INTERNAL, "fitting diverged after %llu steps: try a lower learning rate",
+        return nsdf_encoder_fail(r->error, NSDF_INTERNAL,
+                                 "fitting diverged after %llu steps: try a lower learning rate",
                                  (unsigned long long)result.steps);
     return NSDF_OK;
 }
@@ -129,7 +141,8 @@ static nsdf_status fit(run *r) {
 static nsdf_status code(run *r) {
     const nsdf_encoder_options *o = &r->encoder->options;
     nsdf_quantise_params quantise = {o->weight_bits, 1};
-    if (!o->quantise_aware) nsdf_choose_quantisers(&r->model, &quantise, r->parameters);
+    if (!o->quantise_aware)
+        nsdf_choose_quantisers(&r->model, &quantise, r->parameters);
     if (nsdf_code_segment(&r->model, r->parameters, &r->segment) != 0 ||
         nsdf_assemble_file(&r->header, &r->segment, NULL, &r->encoder->file) != 0)
         return nsdf_encoder_fail(r->error, NSDF_INTERNAL, "the parameters cannot be coded");
@@ -137,7 +150,8 @@ static nsdf_status code(run *r) {
 }
 
 static void copy_quality(const nsdf_quality_record *q, nsdf_quality *out) {
-    nsdf_quality public = {q->mean[0], q->mean[1], q->rms[0], q->rms[1], q->max[0], q->max[1], q->resolution, q->frames};
+    nsdf_quality public = {q->mean[0], q->mean[1], q->rms[0],     q->rms[1],
+                           q->max[0],  q->max[1],  q->resolution, q->frames};
     *out = public;
 }
 
@@ -151,11 +165,13 @@ static nsdf_status check(run *r, double *seconds_bound) {
     e->stats.bound = (double)r->header.extraction_bound;
     if (status == NSDF_OK && nsdf_assemble_file(&r->header, &r->segment, NULL, &e->file) != 0)
         status = nsdf_encoder_fail(r->error, NSDF_NO_MEMORY, "out of memory");
-    if (status != NSDF_OK || !e->options.verify) return status;
+    if (status != NSDF_OK || !e->options.verify)
+        return status;
     status = nsdf_verify_file(&job, r->workers, &e->file, &quality, &e->stats.stray_pieces, r->error);
     if (status == NSDF_OK && nsdf_assemble_file(&r->header, &r->segment, &quality, &e->file) != 0)
         status = nsdf_encoder_fail(r->error, NSDF_NO_MEMORY, "out of memory");
-    if (status == NSDF_OK) copy_quality(&quality, &e->stats.quality);
+    if (status == NSDF_OK)
+        copy_quality(&quality, &e->stats.quality);
     return status;
 }
 
@@ -163,25 +179,32 @@ static nsdf_status run_stages(run *r) {
     nsdf_encoder_stats *stats = &r->encoder->stats;
     double began = nsdf_clock(), bound = 0.0;
     nsdf_status status = prepare(r);
-    if (status == NSDF_OK) status = sample(r);
+    if (status == NSDF_OK)
+        status = sample(r);
     stats->seconds_sample = nsdf_clock() - began;
     began = nsdf_clock();
-    if (status == NSDF_OK) status = fit(r);
+    if (status == NSDF_OK)
+        status = fit(r);
     stats->seconds_fit = nsdf_clock() - began;
     began = nsdf_clock();
-    if (status == NSDF_OK) status = code(r);
+    if (status == NSDF_OK)
+        status = code(r);
     stats->seconds_code = nsdf_clock() - began;
     began = nsdf_clock();
-    if (status == NSDF_OK) status = check(r, &bound);
+    if (status == NSDF_OK)
+        status = check(r, &bound);
     stats->seconds_code += bound;
     stats->seconds_verify = nsdf_clock() - began - bound;
     return status;
 }
 
 nsdf_status nsdf_encoder_run(nsdf_encoder *encoder, nsdf_progress_fn progress, void *user, nsdf_encoder_error *error) {
-    if (!encoder) return NSDF_INVALID_ARGUMENT;
-    if (encoder->ran) return nsdf_encoder_fail(error, NSDF_INVALID_ARGUMENT, "an encoder runs once");
-    if (encoder->frames.count == 0) return nsdf_encoder_fail(error, NSDF_INVALID_ARGUMENT, "no frames were added");
+    if (!encoder)
+        return nsdf_encoder_fail(error, NSDF_INVALID_ARGUMENT, "a NULL was given");
+    if (encoder->ran)
+        return nsdf_encoder_fail(error, NSDF_INVALID_ARGUMENT, "an encoder runs once");
+    if (encoder->frames.count == 0)
+        return nsdf_encoder_fail(error, NSDF_INVALID_ARGUMENT, "no frames were added");
     run r;
     memset(&r, 0, sizeof r);
     r.encoder = encoder;
@@ -197,7 +220,8 @@ nsdf_status nsdf_encoder_run(nsdf_encoder *encoder, nsdf_progress_fn progress, v
     stats->triangles = encoder->frames.triangles;
     stats->diagonal = r.header.scale;
     stats->parameters = r.model.parameter_count;
-    if (status != NSDF_OK) encoder->file.size = 0;
+    if (status != NSDF_OK)
+        encoder->file.size = 0;
     stats->file_size = encoder->file.size;
     nsdf_dataset_free(&r.dataset);
     nsdf_workers_free(r.workers);
@@ -208,15 +232,18 @@ nsdf_status nsdf_encoder_run(nsdf_encoder *encoder, nsdf_progress_fn progress, v
 
 nsdf_status nsdf_encoder_write(nsdf_encoder *encoder, int (*write)(void *user, const void *data, size_t size),
                                void *user, nsdf_encoder_error *error) {
-    if (!encoder || !write) return nsdf_encoder_fail(error, NSDF_INVALID_ARGUMENT, "a NULL was given");
-    if (encoder->file.size == 0) return nsdf_encoder_fail(error, NSDF_INVALID_ARGUMENT, "nothing was encoded");
+    if (!encoder || !write)
+        return nsdf_encoder_fail(error, NSDF_INVALID_ARGUMENT, "a NULL was given");
+    if (encoder->file.size == 0)
+        return nsdf_encoder_fail(error, NSDF_INVALID_ARGUMENT, "nothing was encoded");
     if (write(user, encoder->file.data, encoder->file.size) != 0)
         return nsdf_encoder_fail(error, NSDF_IO, "the file cannot be written");
     return NSDF_OK;
 }
 
 nsdf_status nsdf_encoder_get_stats(const nsdf_encoder *encoder, nsdf_encoder_stats *stats) {
-    if (!encoder || !stats) return NSDF_INVALID_ARGUMENT;
+    if (!encoder || !stats)
+        return NSDF_INVALID_ARGUMENT;
     *stats = encoder->stats;
     return NSDF_OK;
 }

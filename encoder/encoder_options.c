@@ -58,13 +58,15 @@ static void thesis_options(nsdf_encoder_options *o) {
 void nsdf_encoder_options_init(nsdf_encoder_options *options, nsdf_preset preset) {
     nsdf_encoder_options o = common_options();
     o.steps = 20000;
-    if (preset == NSDF_PRESET_MEDIUM) o.steps = 60000;
+    if (preset == NSDF_PRESET_MEDIUM)
+        o.steps = 60000;
     if (preset == NSDF_PRESET_SLOW) {
         o.steps = 150000;
         o.width = 128;
         o.learning_rate = 1e-3;
     }
-    if (preset == NSDF_PRESET_THESIS) thesis_options(&o);
+    if (preset == NSDF_PRESET_THESIS)
+        thesis_options(&o);
     *options = o;
 }
 

@@ -15,20 +15,33 @@ static const double quantise_aware_share = 0.25;
 static const struct {
     double at;
     uint32_t resolution;
-} searches[] = {{0.4, 64}, {0.6, 64}, {0.75, 96}, {0.9, 96}};
+} searches[] = {{0.4, 64}, {0.6, 64}, {0.75, 64}, {0.9, 96}};
 enum { SEARCHES = sizeof searches / sizeof *searches };
 
 /* After the last step, rounds of a few more follow until a search finds nothing. */
-enum { REPAIR_ROUNDS = 6, REPAIR_RESOLUTION = 128 };
+enum { REPAIR_ROUNDS = 4, REPAIR_RESOLUTION = 128 };
 static const double repair_share = 0.02, repair_rate = 0.05;
 
-enum { HARD_POINTS = 128 }; /* that a slot takes besides its ordinary ones */
+/* Points that a slot takes besides its ordinary ones: near strays, and from the tail of the errors. */
+enum { STRAY_POINTS = 128, TAIL_POINTS = 256, EXTRA_POINTS = STRAY_POINTS + TAIL_POINTS };
+
+/* Points of a batch whose loss is above tail_factor times the batch's mean join the tail of their frame, a ring of the
+ * latest TAIL_SIZE: places that the network gets wrong, such as hands and feet, are seen more often. */
+enum { TAIL_SIZE = 512, TAIL_PER_BATCH = 64 };
+static const float tail_factor = 3.0f;
+
+typedef struct {
+    uint32_t index[TAIL_SIZE]; /* of samples */
+    uint32_t count, next;
+} tail_ring;
 
 typedef struct {
     uint32_t frame;
-    float *composed, *gradient; /* [composed_size] */
-    float hard[4][HARD_POINTS]; /* x, y, z, d */
-    uint32_t hard_count;
+    float *composed, *gradient;   /* [composed_size] */
+    float extra[4][EXTRA_POINTS]; /* x, y, z, d */
+    uint32_t extra_count;
+    uint32_t worst[TAIL_PER_BATCH], worst_count; /* samples that join the tail */
+    float *losses;                               /* [batch_points] */
     nsdf_fit_sums sums;
 } slot;
 
@@ -37,16 +50,17 @@ typedef struct {
     const nsdf_fit_kernels *kernels;
     nsdf_loss_params loss;
     nsdf_random random;
-    uint32_t *order, order_at; /* frames in random order, used up one by one */
-    size_t *cursor;            /* [frame]: next sample */
-    slot *slots;               /* [batch_frames] */
-    nsdf_fit_scratch **scratch;/* [worker] */
+    uint32_t *order, order_at;  /* frames in random order, used up one by one */
+    size_t *cursor;             /* [frame]: next sample */
+    slot *slots;                /* [batch_frames] */
+    nsdf_fit_scratch **scratch; /* [worker] */
     nsdf_adam adam;
     float *gradient, *rounded; /* [parameter_count] */
     const float *active;       /* parameters that the batch uses: fitted ones, or rounded ones */
     double near_error;
-    nsdf_sample_set *hard;     /* [frame] */
-    uint32_t searched;         /* searches made */
+    nsdf_sample_set *stray; /* [frame] */
+    tail_ring *tail;        /* [frame] */
+    uint32_t searched;      /* searches made */
 } state;
 
 double nsdf_clock(void) {
@@ -62,10 +76,14 @@ static void free_state(state *s) {
     for (uint32_t i = 0; s->slots && i < slots; i++) {
         free(s->slots[i].composed);
         free(s->slots[i].gradient);
+        free(s->slots[i].losses);
     }
-    for (uint32_t i = 0; s->scratch && i < workers; i++) nsdf_fit_scratch_free(s->scratch[i]);
-    for (uint32_t i = 0; s->hard && i < s->job->frame_count; i++) nsdf_sample_set_free(&s->hard[i]);
-    free(s->hard);
+    for (uint32_t i = 0; s->scratch && i < workers; i++)
+        nsdf_fit_scratch_free(s->scratch[i]);
+    for (uint32_t i = 0; s->stray && i < s->job->frame_count; i++)
+        nsdf_sample_set_free(&s->stray[i]);
+    free(s->stray);
+    free(s->tail);
     free(s->slots);
     free(s->scratch);
     free(s->order);
@@ -86,20 +104,24 @@ static int create_state(state *s, const nsdf_fit_job *job) {
     s->random = nsdf_random_start(o->seed, 2);
     s->order = calloc(job->frame_count, sizeof *s->order);
     s->cursor = calloc(job->frame_count, sizeof *s->cursor);
-    s->hard = calloc(job->frame_count, sizeof *s->hard);
+    s->stray = calloc(job->frame_count, sizeof *s->stray);
+    s->tail = calloc(job->frame_count, sizeof *s->tail);
     s->slots = calloc(o->batch_frames, sizeof *s->slots);
     s->scratch = calloc(workers, sizeof *s->scratch);
     s->gradient = calloc(model->parameter_count, sizeof(float));
     s->rounded = calloc(model->parameter_count, sizeof(float));
-    int ok = s->order && s->cursor && s->hard && s->slots && s->scratch && s->gradient && s->rounded &&
+    int ok = s->order && s->cursor && s->stray && s->tail && s->slots && s->scratch && s->gradient && s->rounded &&
              nsdf_adam_create(&s->adam, model->parameter_count) == 0;
     for (uint32_t i = 0; ok && i < o->batch_frames; i++) {
         s->slots[i].composed = calloc(model->composed_size, sizeof(float));
         s->slots[i].gradient = calloc(model->composed_size, sizeof(float));
-        ok = s->slots[i].composed && s->slots[i].gradient;
+        s->slots[i].losses = calloc(o->batch_points, sizeof(float));
+        ok = s->slots[i].composed && s->slots[i].gradient && s->slots[i].losses;
     }
-    for (uint32_t i = 0; ok && i < workers; i++) ok = (s->scratch[i] = nsdf_fit_scratch_create(model)) != NULL;
-    for (uint32_t i = 0; ok && i < job->frame_count; i++) s->order[i] = i;
+    for (uint32_t i = 0; ok && i < workers; i++)
+        ok = (s->scratch[i] = nsdf_fit_scratch_create(model)) != NULL;
+    for (uint32_t i = 0; ok && i < job->frame_count; i++)
+        s->order[i] = i;
     s->order_at = job->frame_count;
     return ok ? 0 : -1;
 }
@@ -127,22 +149,37 @@ static nsdf_fit_points next_points(const state *s, uint32_t index) {
     const nsdf_sample_set *set = &s->job->samples[sl->frame];
     size_t count = o->batch_points < set->count ? o->batch_points : set->count;
     size_t from = (s->cursor[sl->frame] + (size_t)index * count) % (set->count - count + 1);
-    nsdf_fit_points p = {set->x + from, set->y + from, set->z + from, set->d + from, count,
-                         (float)((double)s->job->model->desc.time_scale * s->job->u[sl->frame])};
+    nsdf_fit_points p = {set->x + from, set->y + from,
+                         set->z + from, set->d + from,
+                         count,         (float)((double)s->job->model->desc.time_scale * s->job->u[sl->frame])};
     return p;
 }
 
-/* A random choice of the frame's hard samples. */
-static void choose_hard(state *s, slot *sl) {
-    const nsdf_sample_set *hard = &s->hard[sl->frame];
-    sl->hard_count = hard->count ? HARD_POINTS : 0;
-    for (uint32_t i = 0; i < sl->hard_count; i++) {
-        uint32_t j = nsdf_random_below(&s->random, (uint32_t)hard->count);
-        sl->hard[0][i] = hard->x[j];
-        sl->hard[1][i] = hard->y[j];
-        sl->hard[2][i] = hard->z[j];
-        sl->hard[3][i] = hard->d[j];
-    }
+static void add_extra(slot *sl, const nsdf_sample_set *set, uint32_t i) {
+    sl->extra[0][sl->extra_count] = set->x[i];
+    sl->extra[1][sl->extra_count] = set->y[i];
+    sl->extra[2][sl->extra_count] = set->z[i];
+    sl->extra[3][sl->extra_count++] = set->d[i];
+}
+
+/* A random choice of the frame's strays and tail. */
+static void choose_extra(state *s, slot *sl) {
+    const nsdf_sample_set *stray = &s->stray[sl->frame];
+    const tail_ring *tail = &s->tail[sl->frame];
+    sl->extra_count = 0;
+    for (uint32_t i = 0; i < STRAY_POINTS && stray->count; i++)
+        add_extra(sl, stray, nsdf_random_below(&s->random, (uint32_t)stray->count));
+    for (uint32_t i = 0; i < TAIL_POINTS && tail->count; i++)
+        add_extra(sl, &s->job->samples[sl->frame], tail->index[nsdf_random_below(&s->random, tail->count)]);
+}
+
+/* Notes which points of the batch, the first of them sample `from`, belong to the tail. */
+static void find_worst(slot *sl, size_t from, size_t count) {
+    double limit = (double)tail_factor * sl->sums.loss / (double)count;
+    sl->worst_count = 0;
+    for (size_t i = 0; i < count && sl->worst_count < TAIL_PER_BATCH; i++)
+        if ((double)sl->losses[i] > limit)
+            sl->worst[sl->worst_count++] = (uint32_t)(from + i);
 }
 
 static void run_slot(void *data, uint32_t index, uint32_t worker) {
@@ -155,12 +192,22 @@ static void run_slot(void *data, uint32_t index, uint32_t worker) {
     memset(sl->gradient, 0, job->model->composed_size * sizeof *sl->gradient);
     sl->sums = (nsdf_fit_sums){0, 0, 0};
     nsdf_fit_backward(job->model, s->kernels, s->scratch[worker], sl->composed, &points, &s->loss, scale, sl->gradient,
-                      &sl->sums);
-    if (sl->hard_count == 0) return;
-    nsdf_fit_points hard = {sl->hard[0], sl->hard[1], sl->hard[2], sl->hard[3], sl->hard_count, points.time};
+                      sl->losses, &sl->sums);
+    find_worst(sl, (size_t)(points.d - job->samples[sl->frame].d), points.count);
+    if (sl->extra_count == 0)
+        return;
+    nsdf_fit_points extra = {sl->extra[0], sl->extra[1], sl->extra[2], sl->extra[3], sl->extra_count, points.time};
     nsdf_fit_sums unused = {0, 0, 0};
-    nsdf_fit_backward(job->model, s->kernels, s->scratch[worker], sl->composed, &hard, &s->loss, scale, sl->gradient,
-                      &unused);
+    nsdf_fit_backward(job->model, s->kernels, s->scratch[worker], sl->composed, &extra, &s->loss, scale, sl->gradient,
+                      NULL, &unused);
+}
+
+static void join_tail(tail_ring *tail, const slot *sl) {
+    for (uint32_t i = 0; i < sl->worst_count; i++) {
+        tail->index[tail->next] = sl->worst[i];
+        tail->next = (tail->next + 1) % TAIL_SIZE;
+        tail->count += tail->count < TAIL_SIZE;
+    }
 }
 
 /* Gradients are added slot by slot, so that the sum does not depend on the threads. */
@@ -175,8 +222,10 @@ static void gather(state *s) {
         near += sl->sums.near_error;
         near_count += sl->sums.near_count;
         s->cursor[sl->frame] += job->options->batch_points;
+        join_tail(&s->tail[sl->frame], sl);
     }
-    if (near_count == 0) return;
+    if (near_count == 0)
+        return;
     double mean = near / (double)near_count;
     s->near_error = s->near_error > 0.0 ? 0.99 * s->near_error + 0.01 * mean : mean;
 }
@@ -190,7 +239,7 @@ static void one_step(state *s, float *parameters, double rate, int rounding) {
     }
     for (uint32_t i = 0; i < o->batch_frames; i++) {
         s->slots[i].frame = next_frame(s);
-        choose_hard(s, &s->slots[i]);
+        choose_extra(s, &s->slots[i]);
     }
     nsdf_workers_run(s->job->workers, o->batch_frames, run_slot, s);
     gather(s);
@@ -202,7 +251,10 @@ static void one_step(state *s, float *parameters, double rate, int rounding) {
 static int report(const state *s, uint64_t done, double began, nsdf_fit_result *result) {
     const nsdf_fit_job *job = s->job;
     double now = nsdf_clock(), spent = now - began, fraction = (double)done / (double)job->options->steps;
-    nsdf_progress p = {NSDF_STAGE_FIT, fraction, now - job->start_time, s->near_error,
+    nsdf_progress p = {NSDF_STAGE_FIT,
+                       fraction,
+                       now - job->start_time,
+                       s->near_error,
                        spent > 0.0 ? (double)result->samples / spent : 0.0,
                        fraction > 0.0 ? spent * (1.0 - fraction) / fraction : -1.0};
     int answer = job->progress ? job->progress(job->progress_user, &p) : NSDF_CONTINUE;
@@ -212,7 +264,8 @@ static int report(const state *s, uint64_t done, double began, nsdf_fit_result *
 
 static int all_finite(const float *values, uint64_t count) {
     for (uint64_t i = 0; i < count; i++)
-        if (!isfinite(values[i])) return 0;
+        if (!isfinite(values[i]))
+            return 0;
     return 1;
 }
 
@@ -227,16 +280,27 @@ static void count_step(const state *s, nsdf_fit_result *result) {
 
 static int find_strays(state *s, const float *parameters, uint32_t resolution, nsdf_fit_result *result) {
     const nsdf_fit_job *job = s->job;
-    nsdf_stray_job search = {job->model, s->kernels, s->scratch, parameters, job->frames, job->u, {0}, {0},
-                             (float)(job->options->shell / job->header->scale), resolution,
-                             job->options->seed + s->searched++, job->workers, s->hard};
+    nsdf_stray_job search = {job->model,
+                             s->kernels,
+                             s->scratch,
+                             parameters,
+                             job->frames,
+                             job->u,
+                             {0},
+                             {0},
+                             (float)(job->options->shell / job->header->scale),
+                             resolution,
+                             job->options->seed + s->searched++,
+                             job->workers,
+                             s->stray};
     memcpy(search.domain_min, job->header->domain_min, sizeof search.domain_min);
     memcpy(search.domain_max, job->header->domain_max, sizeof search.domain_max);
     return nsdf_find_strays(&search, &result->strays);
 }
 
 static uint64_t rounding_start(const nsdf_encoder_options *o) {
-    if (!o->quantise_aware || o->weight_bits >= 32.0) return UINT64_MAX;
+    if (!o->quantise_aware || o->weight_bits >= 32.0)
+        return UINT64_MAX;
     return (uint64_t)((1.0 - quantise_aware_share) * (double)o->steps);
 }
 
@@ -247,16 +311,19 @@ static int fit_steps(state *s, float *parameters, double began, nsdf_fit_result 
     uint64_t rounding_from = rounding_start(o);
     double reported = began;
     for (uint64_t step = 0; step < o->steps; step++) {
-        if (step == rounding_from) nsdf_choose_quantisers(s->job->model, &quantise, parameters);
+        if (step == rounding_from)
+            nsdf_choose_quantisers(s->job->model, &quantise, parameters);
         if (s->searched < SEARCHES && step == (uint64_t)(searches[s->searched].at * (double)o->steps) && step > 0 &&
             find_strays(s, s->active, searches[s->searched].resolution, result) != 0)
             return -1;
         one_step(s, parameters, nsdf_rate_schedule(step, o->steps, o->learning_rate), step >= rounding_from);
         count_step(s, result);
-        if (nsdf_clock() - reported < 0.1 && step + 1 < o->steps) continue;
+        if (nsdf_clock() - reported < 0.1 && step + 1 < o->steps)
+            continue;
         reported = nsdf_clock();
         int answer = report(s, step + 1, began, result);
-        if (answer != NSDF_CONTINUE) return answer;
+        if (answer != NSDF_CONTINUE)
+            return answer;
     }
     return NSDF_CONTINUE;
 }
@@ -267,15 +334,19 @@ static int repair(state *s, float *parameters, double began, nsdf_fit_result *re
     uint64_t steps = 1 + (uint64_t)(repair_share * (double)o->steps);
     int rounding = rounding_start(o) != UINT64_MAX;
     for (int round = 0; round < REPAIR_ROUNDS; round++) {
-        if (rounding) nsdf_round_parameters(s->job->model, parameters, s->rounded);
-        if (find_strays(s, rounding ? s->rounded : parameters, REPAIR_RESOLUTION, result) != 0) return -1;
-        if (result->strays == 0) break;
+        if (rounding)
+            nsdf_round_parameters(s->job->model, parameters, s->rounded);
+        if (find_strays(s, rounding ? s->rounded : parameters, REPAIR_RESOLUTION, result) != 0)
+            return -1;
+        if (result->strays == 0)
+            break;
         for (uint64_t step = 0; step < steps; step++) {
             one_step(s, parameters, nsdf_rate_schedule(step, steps, repair_rate * o->learning_rate), rounding);
             count_step(s, result);
         }
         int answer = report(s, o->steps, began, result);
-        if (answer != NSDF_CONTINUE) return answer;
+        if (answer != NSDF_CONTINUE)
+            return answer;
     }
     return NSDF_CONTINUE;
 }
@@ -287,8 +358,10 @@ int nsdf_fit_run(const nsdf_fit_job *job, float *parameters, nsdf_fit_result *re
     memset(result, 0, sizeof *result);
     int answer = create_state(&s, job) == 0 ? NSDF_CONTINUE : -1;
     double began = nsdf_clock();
-    if (answer == NSDF_CONTINUE) answer = fit_steps(&s, parameters, began, result);
-    if (answer == NSDF_CONTINUE) answer = repair(&s, parameters, began, result);
+    if (answer == NSDF_CONTINUE)
+        answer = fit_steps(&s, parameters, began, result);
+    if (answer == NSDF_CONTINUE)
+        answer = repair(&s, parameters, began, result);
     result->near_error = s.near_error;
     result->diverged = !all_finite(parameters, job->model->parameter_count);
     /* Stopped before rounding began, or raw values: the quantisers are still to be chosen. */

@@ -7,11 +7,12 @@
 enum { TILE_PANELS = 16, TILE = TILE_PANELS * NSDF_PANEL };
 
 struct nsdf_fit_scratch {
-    float *block;                     /* everything below is cut from it */
-    float *input[NSDF_MAX_LAYERS + 1];/* [panel][inputs + 1][PANEL], the last row is ones; [layer_count] is the output */
-    float *slope[NSDF_MAX_LAYERS];    /* [panel][outputs][PANEL]: act' */
-    float *dz[2];                     /* [panel][widest][PANEL] */
-    float *transposed;                /* of the widest layer */
+    float *block; /* everything below is cut from it */
+    float
+        *input[NSDF_MAX_LAYERS + 1]; /* [panel][inputs + 1][PANEL], the last row is ones; [layer_count] is the output */
+    float *slope[NSDF_MAX_LAYERS];   /* [panel][outputs][PANEL]: act' */
+    float *dz[2];                    /* [panel][widest][PANEL] */
+    float *transposed;               /* of the widest layer */
     float *point, *projection, *projection_slope; /* Fourier: [panel][4], [panel][count], [panel][count] */
     float f[TILE], d[TILE], df[TILE];
 };
@@ -57,7 +58,8 @@ static void set_row(float *matrix, size_t rows, size_t row, uint32_t panels, con
 
 nsdf_fit_scratch *nsdf_fit_scratch_create(const nsdf_model *model) {
     nsdf_fit_scratch *s = calloc(1, sizeof *s);
-    if (!s) return NULL;
+    if (!s)
+        return NULL;
     size_t bytes = cut_scratch(model, s) * sizeof(float);
     void *block = NULL;
     if (posix_memalign(&block, 64, bytes) != 0) {
@@ -75,7 +77,8 @@ nsdf_fit_scratch *nsdf_fit_scratch_create(const nsdf_model *model) {
 }
 
 void nsdf_fit_scratch_free(nsdf_fit_scratch *scratch) {
-    if (scratch) free(scratch->block);
+    if (scratch)
+        free(scratch->block);
     free(scratch);
 }
 
@@ -85,7 +88,8 @@ static void set_position(float *matrix, size_t rows, uint32_t panels, const nsdf
     set_row(matrix, rows, 0, panels, points->x, points->count, 0.0f);
     set_row(matrix, rows, 1, panels, points->y, points->count, 0.0f);
     set_row(matrix, rows, 2, panels, points->z, points->count, 0.0f);
-    if (with_time) set_row(matrix, rows, 3, panels, NULL, 0, points->time);
+    if (with_time)
+        set_row(matrix, rows, 3, panels, NULL, 0, points->time);
 }
 
 /* Thesis (5.14): cos(2 pi B v) in the first rows, sin(2 pi B v) in the others. */
@@ -100,18 +104,23 @@ static void fourier_features(const nsdf_model *model, const nsdf_fit_kernels *ke
     for (uint32_t k = 0; k < panels; k++) {
         float *x = s->input[0] + k * (2 * count + 1) * row;
         const float *sine = s->projection + k * count * row, *slope = s->projection_slope + k * count * row;
-        for (size_t i = 0; i < count * row; i++) x[i] = slope[i] * (1.0f / two_pi);
+        for (size_t i = 0; i < count * row; i++)
+            x[i] = slope[i] * (1.0f / two_pi);
         memcpy(x + count * row, sine, count * row * sizeof *x);
     }
 }
 
 static void activate(const nsdf_layer_desc *layer, const nsdf_fit_kernels *kernels, float *z, float *slope,
                      size_t count) {
-    if (layer->activation == NSDF_ACT_SINE) kernels->sine(z, slope, count, layer->omega);
-    else if (layer->activation == NSDF_ACT_RELU) kernels->relu(z, slope, count);
-    else if (layer->activation == NSDF_ACT_TANH) kernels->tanh(z, slope, count);
+    if (layer->activation == NSDF_ACT_SINE)
+        kernels->sine(z, slope, count, layer->omega);
+    else if (layer->activation == NSDF_ACT_RELU)
+        kernels->relu(z, slope, count);
+    else if (layer->activation == NSDF_ACT_TANH)
+        kernels->tanh(z, slope, count);
     else
-        for (size_t i = 0; i < count; i++) slope[i] = 1.0f;
+        for (size_t i = 0; i < count; i++)
+            slope[i] = 1.0f;
 }
 
 /* Runs one tile; leaves every layer's inputs and slopes in the scratch memory, and values in s->f. */
@@ -119,8 +128,10 @@ static void forward_tile(const nsdf_model *model, const nsdf_fit_kernels *kernel
                          const float *composed, const nsdf_fit_points *points, uint32_t panels) {
     const nsdf_network_desc *d = &model->desc;
     size_t first = nsdf_input_width(d);
-    if (d->input == NSDF_INPUT_FOURIER) fourier_features(model, kernels, s, composed, points, panels);
-    else set_position(s->input[0], first + 1, panels, points, d->input == NSDF_INPUT_XYZT);
+    if (d->input == NSDF_INPUT_FOURIER)
+        fourier_features(model, kernels, s, composed, points, panels);
+    else
+        set_position(s->input[0], first + 1, panels, points, d->input == NSDF_INPUT_XYZT);
     for (uint32_t l = 0; l < d->layer_count; l++) {
         size_t in = nsdf_layer_inputs(model, l), out = d->layers[l].width;
         kernels->multiply(composed + model->layer_offset[l], in + 1, (uint32_t)out, (uint32_t)in + 1, s->input[l],
@@ -138,7 +149,8 @@ static void forward_tile(const nsdf_model *model, const nsdf_fit_kernels *kernel
 
 static nsdf_fit_points tile_of(const nsdf_fit_points *points, size_t from) {
     size_t left = points->count - from;
-    nsdf_fit_points tile = {points->x + from, points->y + from, points->z + from, points->d ? points->d + from : NULL,
+    nsdf_fit_points tile = {points->x + from,          points->y + from,
+                            points->z + from,          points->d ? points->d + from : NULL,
                             left < TILE ? left : TILE, points->time};
     return tile;
 }
@@ -157,7 +169,8 @@ void nsdf_fit_forward(const nsdf_model *model, const nsdf_fit_kernels *kernels, 
 /* W^T [in][out] without the bias column. */
 static void transpose(const float *matrix, size_t out, size_t in, float *transposed) {
     for (size_t o = 0; o < out; o++)
-        for (size_t i = 0; i < in; i++) transposed[i * out + o] = matrix[o * (in + 1) + i];
+        for (size_t i = 0; i < in; i++)
+            transposed[i * out + o] = matrix[o * (in + 1) + i];
 }
 
 /* Gradient of B from that of the features, which is in `dx`. */
@@ -168,7 +181,8 @@ static void fourier_backward(const nsdf_model *model, const nsdf_fit_kernels *ke
     for (uint32_t k = 0; k < panels; k++) {
         const float *dcos = dx + k * 2 * half, *dsin = dcos + half;
         float *sine = s->projection + k * half, *slope = s->projection_slope + k * half;
-        for (size_t i = 0; i < half; i++) slope[i] = dsin[i] * slope[i] - two_pi * dcos[i] * sine[i];
+        for (size_t i = 0; i < half; i++)
+            slope[i] = dsin[i] * slope[i] - two_pi * dcos[i] * sine[i];
     }
     kernels->outer(s->projection_slope, half, model->desc.fourier_count, s->point, 4 * NSDF_PANEL, 4,
                    gradient + model->fourier_offset, 4, panels);
@@ -185,12 +199,15 @@ static void backward_tile(const nsdf_model *model, const nsdf_fit_kernels *kerne
         size_t in = nsdf_layer_inputs(model, l), out = d->layers[l].width;
         kernels->outer(dz, out * NSDF_PANEL, (uint32_t)out, s->input[l], (in + 1) * NSDF_PANEL, (uint32_t)in + 1,
                        gradient + model->layer_offset[l], in + 1, panels);
-        if (l == 0 && !train_b) break;
+        if (l == 0 && !train_b)
+            break;
         transpose(composed + model->layer_offset[l], out, in, s->transposed);
         kernels->multiply(s->transposed, out, (uint32_t)in, (uint32_t)out, dz, out * NSDF_PANEL, dx, in * NSDF_PANEL,
                           panels);
-        if (l == 0) fourier_backward(model, kernels, s, dx, gradient, panels);
-        else kernels->scale(dx, s->slope[l - 1], panels * in * NSDF_PANEL);
+        if (l == 0)
+            fourier_backward(model, kernels, s, dx, gradient, panels);
+        else
+            kernels->scale(dx, s->slope[l - 1], panels * in * NSDF_PANEL);
         float *t = dz;
         dz = dx;
         dx = t;
@@ -207,13 +224,15 @@ static void add_near_error(const float *f, const float *d, size_t count, nsdf_fi
 
 void nsdf_fit_backward(const nsdf_model *model, const nsdf_fit_kernels *kernels, nsdf_fit_scratch *s,
                        const float *composed, const nsdf_fit_points *points, const nsdf_loss_params *loss,
-                       float gradient_scale, float *gradient, nsdf_fit_sums *sums) {
+                       float gradient_scale, float *gradient, float *losses, nsdf_fit_sums *sums) {
     for (size_t i = 0; i < points->count; i += TILE) {
         nsdf_fit_points tile = tile_of(points, i);
         uint32_t panels = (uint32_t)((tile.count + NSDF_PANEL - 1) / NSDF_PANEL);
         forward_tile(model, kernels, s, composed, &tile, panels);
-        sums->loss += nsdf_loss_batch(loss, s->f, tile.d, tile.count, gradient_scale, s->df);
-        for (size_t p = tile.count; p < (size_t)panels * NSDF_PANEL; p++) s->df[p] = 0.0f;
+        sums->loss +=
+            nsdf_loss_batch(loss, s->f, tile.d, tile.count, gradient_scale, s->df, losses ? losses + i : NULL);
+        for (size_t p = tile.count; p < (size_t)panels * NSDF_PANEL; p++)
+            s->df[p] = 0.0f;
         add_near_error(s->f, tile.d, tile.count, sums);
         backward_tile(model, kernels, s, composed, gradient, panels);
     }

@@ -31,9 +31,10 @@ typedef struct nsdf_fit_sums {
 void nsdf_fit_forward(const nsdf_model *model, const nsdf_fit_kernels *kernels, nsdf_fit_scratch *scratch,
                       const float *composed, const nsdf_fit_points *points, float *f);
 
-/* Adds to gradient[composed_size] the derivative of gradient_scale * sum of the losses, and to *sums. */
+/* Adds to gradient[composed_size] the derivative of gradient_scale * sum of the losses, and to *sums.  losses (count
+ * floats, may be NULL) gets the loss of each point. */
 void nsdf_fit_backward(const nsdf_model *model, const nsdf_fit_kernels *kernels, nsdf_fit_scratch *scratch,
                        const float *composed, const nsdf_fit_points *points, const nsdf_loss_params *loss,
-                       float gradient_scale, float *gradient, nsdf_fit_sums *sums);
+                       float gradient_scale, float *gradient, float *losses, nsdf_fit_sums *sums);
 
 #endif

@@ -6,8 +6,12 @@
 #include <stdlib.h>
 #include <string.h>
 
+/* Well inside the range of float, in which surfaces are kept and decoded. */
+static const double largest_coordinate = 1e30;
+
 nsdf_status nsdf_encoder_fail(nsdf_encoder_error *error, nsdf_status status, const char *format, ...) {
-    if (!error) return status;
+    if (!error)
+        return status;
     va_list args;
     va_start(args, format);
     error->status = status;
@@ -17,7 +21,8 @@ nsdf_status nsdf_encoder_fail(nsdf_encoder_error *error, nsdf_status status, con
 }
 
 void nsdf_frames_free(nsdf_frames *frames) {
-    for (uint32_t i = 0; i < frames->count; i++) nsdf_surface_free(&frames->frames[i].surface);
+    for (uint32_t i = 0; i < frames->count; i++)
+        nsdf_surface_free(&frames->frames[i].surface);
     free(frames->frames);
     memset(frames, 0, sizeof *frames);
 }
@@ -27,9 +32,13 @@ void nsdf_frames_free(nsdf_frames *frames) {
 static nsdf_status check_mesh(uint32_t number, const nsdf_input_mesh *mesh, nsdf_encoder_error *error) {
     if (!mesh->positions || !mesh->indices || mesh->vertex_count == 0 || mesh->triangle_count == 0)
         return nsdf_encoder_fail(error, NSDF_INVALID_ARGUMENT, "frame %u has no faces", number);
-    for (size_t i = 0; i < 3 * (size_t)mesh->vertex_count; i++)
+    for (size_t i = 0; i < 3 * (size_t)mesh->vertex_count; i++) {
         if (!isfinite(mesh->positions[i]))
             return nsdf_encoder_fail(error, NSDF_INVALID_ARGUMENT, "frame %u: vertex %zu is not finite", number, i / 3);
+        if (fabs(mesh->positions[i]) > largest_coordinate)
+            return nsdf_encoder_fail(error, NSDF_INVALID_ARGUMENT, "frame %u: vertex %zu is further away than %g",
+                                     number, i / 3, largest_coordinate);
+    }
     for (size_t i = 0; i < 3 * (size_t)mesh->triangle_count; i++)
         if (mesh->indices[i] >= mesh->vertex_count)
             return nsdf_encoder_fail(error, NSDF_INVALID_ARGUMENT,
@@ -39,10 +48,12 @@ static nsdf_status check_mesh(uint32_t number, const nsdf_input_mesh *mesh, nsdf
 }
 
 static int grow(nsdf_frames *frames) {
-    if (frames->count < frames->capacity) return 0;
+    if (frames->count < frames->capacity)
+        return 0;
     uint32_t capacity = frames->capacity ? 2 * frames->capacity : 64;
     nsdf_frame *f = realloc(frames->frames, capacity * sizeof *f);
-    if (!f) return -1;
+    if (!f)
+        return -1;
     frames->frames = f;
     frames->capacity = capacity;
     return 0;
@@ -53,18 +64,24 @@ static void extend_box(nsdf_frames *frames, const nsdf_input_mesh *mesh) {
     for (size_t i = 0; i < 3 * (size_t)mesh->triangle_count; i++)
         for (int k = 0; k < 3; k++) {
             double x = mesh->positions[3 * (size_t)mesh->indices[i] + (size_t)k];
-            if (x < frames->box_min[k]) frames->box_min[k] = x;
-            if (x > frames->box_max[k]) frames->box_max[k] = x;
+            if (x < frames->box_min[k])
+                frames->box_min[k] = x;
+            if (x > frames->box_max[k])
+                frames->box_max[k] = x;
         }
 }
 
 nsdf_status nsdf_frames_add(nsdf_frames *frames, uint32_t number, const nsdf_input_mesh *mesh,
                             nsdf_encoder_error *error) {
     nsdf_status status = check_mesh(number, mesh, error);
-    if (status != NSDF_OK) return status;
+    if (status != NSDF_OK)
+        return status;
     if (frames->count > 0 && number <= frames->frames[frames->count - 1].number)
         return nsdf_encoder_fail(error, NSDF_INVALID_ARGUMENT, "frame %u was added after frame %u", number,
                                  frames->frames[frames->count - 1].number);
+    if (frames->count > 0 && number - frames->frames[0].number == UINT32_MAX)
+        return nsdf_encoder_fail(error, NSDF_INVALID_ARGUMENT, "frame %u is too far from frame %u: a file counts to %u",
+                                 number, frames->frames[0].number, UINT32_MAX);
     size_t positions = 3 * (size_t)mesh->vertex_count, indices = 3 * (size_t)mesh->triangle_count;
     nsdf_surface s = {malloc(positions * sizeof(float)), malloc(indices * sizeof(uint32_t)), mesh->vertex_count,
                       mesh->triangle_count};
@@ -77,7 +94,8 @@ nsdf_status nsdf_frames_add(nsdf_frames *frames, uint32_t number, const nsdf_inp
             frames->origin[k] = mesh->positions[3 * (size_t)mesh->indices[0] + (size_t)k];
             frames->box_min[k] = frames->box_max[k] = frames->origin[k];
         }
-    for (size_t i = 0; i < positions; i++) s.positions[i] = (float)(mesh->positions[i] - frames->origin[i % 3]);
+    for (size_t i = 0; i < positions; i++)
+        s.positions[i] = (float)(mesh->positions[i] - frames->origin[i % 3]);
     memcpy(s.indices, mesh->indices, indices * sizeof *s.indices);
     extend_box(frames, mesh);
     frames->triangles += mesh->triangle_count;
@@ -124,9 +142,10 @@ double nsdf_surface_volume(const nsdf_surface *surface) {
         const uint32_t *t = surface->indices + 3 * i;
         double p[3][3];
         for (int c = 0; c < 3; c++)
-            for (int k = 0; k < 3; k++) p[c][k] = (double)surface->positions[3 * (size_t)t[c] + (size_t)k];
-        volume += p[0][0] * (p[1][1] * p[2][2] - p[1][2] * p[2][1]) - p[0][1] * (p[1][0] * p[2][2] - p[1][2] * p[2][0]) +
-                  p[0][2] * (p[1][0] * p[2][1] - p[1][1] * p[2][0]);
+            for (int k = 0; k < 3; k++)
+                p[c][k] = (double)surface->positions[3 * (size_t)t[c] + (size_t)k];
+        volume += p[0][0] * (p[1][1] * p[2][2] - p[1][2] * p[2][1]) -
+                  p[0][1] * (p[1][0] * p[2][2] - p[1][2] * p[2][0]) + p[0][2] * (p[1][0] * p[2][1] - p[1][1] * p[2][0]);
     }
     return volume / 6.0;
 }
@@ -134,10 +153,12 @@ double nsdf_surface_volume(const nsdf_surface *surface) {
 int nsdf_frame_orient(nsdf_frame *frame, int shell) {
     nsdf_surface *s = &frame->surface;
     nsdf_edge_count edges;
-    if (nsdf_surface_count_edges(s, &edges) != 0) return -1;
+    if (nsdf_surface_count_edges(s, &edges) != 0)
+        return -1;
     frame->open_edges = edges.boundary + edges.non_manifold + edges.inconsistent;
     frame->sign = shell ? NSDF_SIGN_SHELL : frame->open_edges ? NSDF_SIGN_WINDING : NSDF_SIGN_PSEUDO_NORMAL;
-    if (shell || nsdf_surface_volume(s) >= 0.0) return 0;
+    if (shell || nsdf_surface_volume(s) >= 0.0)
+        return 0;
     frame->reversed = 1;
     for (size_t i = 0; i < s->triangle_count; i++) {
         uint32_t t = s->indices[3 * i + 1];

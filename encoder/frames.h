@@ -7,25 +7,25 @@
 #include "sdf.h"
 
 typedef struct nsdf_frame {
-    uint32_t number;        /* nominal frame */
-    nsdf_surface surface;   /* relative to the origin; normalised after nsdf_frames_normalise */
+    uint32_t number;      /* nominal frame */
+    nsdf_surface surface; /* relative to the origin; normalised after nsdf_frames_normalise */
     nsdf_sign_rule sign;
-    uint32_t open_edges;    /* boundary, non-manifold and inconsistent edges */
-    int reversed;           /* the triangles faced inward */
+    uint32_t open_edges; /* boundary, non-manifold and inconsistent edges */
+    int reversed;        /* the triangles faced inward */
 } nsdf_frame;
 
 typedef struct nsdf_frames {
     nsdf_frame *frames;
     uint32_t count, capacity;
-    double origin[3];                /* of the stored positions: the first vertex of all */
-    double box_min[3], box_max[3];   /* world units */
+    double origin[3];              /* of the stored positions: the first vertex of all */
+    double box_min[3], box_max[3]; /* world units */
     uint64_t triangles;
 } nsdf_frames;
 
 void nsdf_frames_free(nsdf_frames *frames);
 
-/* Copies a mesh.  Fails with NSDF_INVALID_ARGUMENT (no triangle, NaN, index out of range) or NSDF_NO_MEMORY; the
- * message speaks of "frame N". */
+/* Copies a mesh.  Fails with NSDF_INVALID_ARGUMENT (no triangle, NaN or too large a coordinate, index or number out of
+ * range) or NSDF_NO_MEMORY; the message speaks of "frame N". */
 nsdf_status nsdf_frames_add(nsdf_frames *frames, uint32_t number, const nsdf_input_mesh *mesh,
                             nsdf_encoder_error *error);
 

@@ -28,18 +28,23 @@ static float weighted(const nsdf_loss_params *p, float f, float d, float *deriva
 }
 
 float nsdf_loss_value(const nsdf_loss_params *params, float f, float d, float *derivative) {
-    if (params->kind == NSDF_LOSS_SURFACE_SENSITIVE) return surface_sensitive(params, f, d, derivative);
-    if (params->kind == NSDF_LOSS_WEIGHTED_MAE) return weighted(params, f, d, derivative);
+    if (params->kind == NSDF_LOSS_SURFACE_SENSITIVE)
+        return surface_sensitive(params, f, d, derivative);
+    if (params->kind == NSDF_LOSS_WEIGHTED_MAE)
+        return weighted(params, f, d, derivative);
     *derivative = sign_of(f - d); /* mean absolute error, thesis 4.1 */
     return fabsf(f - d);
 }
 
 double nsdf_loss_batch(const nsdf_loss_params *params, const float *f, const float *d, size_t count, float scale,
-                       float *derivative) {
+                       float *derivative, float *losses) {
     double sum = 0.0;
     for (size_t i = 0; i < count; i++) {
-        sum += (double)nsdf_loss_value(params, f[i], d[i], &derivative[i]);
+        float loss = nsdf_loss_value(params, f[i], d[i], &derivative[i]);
+        sum += (double)loss;
         derivative[i] *= scale;
+        if (losses)
+            losses[i] = loss;
     }
     return sum;
 }

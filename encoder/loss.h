@@ -13,8 +13,8 @@ typedef struct nsdf_loss_params {
 /* Loss of one prediction f for the true distance d; *derivative is dL/df. */
 float nsdf_loss_value(const nsdf_loss_params *params, float f, float d, float *derivative);
 
-/* The same for many: derivative[i] = scale * dL/df[i]; returns the sum of the losses. */
+/* The same for many: derivative[i] = scale * dL/df[i]; losses[i] (losses may be NULL) = L; returns their sum. */
 double nsdf_loss_batch(const nsdf_loss_params *params, const float *f, const float *d, size_t count, float scale,
-                       float *derivative);
+                       float *derivative, float *losses);
 
 #endif

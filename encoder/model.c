@@ -6,7 +6,6 @@
 #include <math.h>
 #include <string.h>
 
-
 uint32_t nsdf_layer_inputs(const nsdf_model *model, uint32_t layer) {
     return layer == 0 ? nsdf_input_width(&model->desc) : model->desc.layers[layer - 1].width;
 }
@@ -21,7 +20,8 @@ static uint32_t knot_count(double spacing, uint32_t frame_count) {
 
 static uint8_t layer_activation(const nsdf_encoder_options *o, uint32_t layer) {
     static const uint8_t map[3] = {NSDF_ACT_SINE, NSDF_ACT_RELU, NSDF_ACT_TANH};
-    if (layer == o->layers) return o->output_tanh ? NSDF_ACT_TANH : NSDF_ACT_IDENTITY;
+    if (layer == o->layers)
+        return o->output_tanh ? NSDF_ACT_TANH : NSDF_ACT_IDENTITY;
     return map[o->activation];
 }
 
@@ -91,17 +91,22 @@ void nsdf_model_layout(nsdf_model *model) {
 /* ---- First values --------------------------------------------------------------------------------------- */
 
 static void fill_uniform(nsdf_random *random, float *values, uint64_t count, double range) {
-    for (uint64_t i = 0; i < count; i++) values[i] = (float)(range * (2.0 * (double)nsdf_random_unit(random) - 1.0));
+    for (uint64_t i = 0; i < count; i++)
+        values[i] = (float)(range * (2.0 * (double)nsdf_random_unit(random) - 1.0));
 }
 
 static double weight_range(const nsdf_model *model, uint32_t layer) {
     const nsdf_network_desc *d = &model->desc;
     double in = (double)nsdf_layer_inputs(model, layer);
-    /* The last layer of a sine network sums sines: it starts like a hidden one, without the frequency. */
-    uint8_t act = layer + 1 == d->layer_count && layer > 0 ? d->layers[layer - 1].activation : d->layers[layer].activation;
-    if (act == NSDF_ACT_SINE && layer == 0) return 1.0 / in;
+    /* The last layer of a sine network sums sines: it starts like a hidden one without the frequency, and ten times
+     * smaller, since distances in the domain are well below 1. */
+    uint8_t act =
+        layer + 1 == d->layer_count && layer > 0 ? d->layers[layer - 1].activation : d->layers[layer].activation;
+    if (act == NSDF_ACT_SINE && layer == 0)
+        return 1.0 / in;
     double omega = layer + 1 == d->layer_count ? 1.0 : (double)d->layers[layer].omega;
-    return act == NSDF_ACT_SINE ? sqrt(6.0 / in) / omega : sqrt(6.0 / in);
+    double last = layer + 1 == d->layer_count ? 0.1 : 1.0;
+    return act == NSDF_ACT_SINE ? last * sqrt(6.0 / in) / omega : sqrt(6.0 / in);
 }
 
 /* Low-rank factors start small, so that the network starts constant in time. */
@@ -110,8 +115,10 @@ static void initialise_tensor(const nsdf_tensor_desc *t, const uint64_t offset[3
     uint64_t plane = (uint64_t)t->rows * t->cols;
     float *first = parameters + offset[0];
     fill_uniform(random, first, plane, range);
-    for (uint32_t k = 1; k < t->arrays[0].planes; k++) memcpy(first + k * plane, first, plane * sizeof *first);
-    if (t->kind != NSDF_TENSOR_LOW_RANK) return;
+    for (uint32_t k = 1; k < t->arrays[0].planes; k++)
+        memcpy(first + k * plane, first, plane * sizeof *first);
+    if (t->kind != NSDF_TENSOR_LOW_RANK)
+        return;
     fill_uniform(random, parameters + offset[1], t->rank * plane, 0.3 * range);
     fill_uniform(random, parameters + offset[2], (uint64_t)t->rank * t->knots, 0.3);
 }
@@ -124,7 +131,8 @@ void nsdf_model_initialise(const nsdf_model *model, nsdf_random *random, float *
         uint32_t w = nsdf_weight_index(d, l);
         double in = (double)nsdf_layer_inputs(model, l), range = weight_range(model, l);
         double bias = d->layers[l].activation == NSDF_ACT_SINE ? 1.0 / sqrt(in) : 0.0;
-        if (d->layers[l].activation == NSDF_ACT_SINE && l > 0) bias /= (double)d->layers[l].omega;
+        if (d->layers[l].activation == NSDF_ACT_SINE && l > 0)
+            bias /= (double)d->layers[l].omega;
         initialise_tensor(&d->tensors[w], model->array_offset[w], range, random, parameters);
         initialise_tensor(&d->tensors[w + 1], model->array_offset[w + 1], bias, random, parameters);
     }
@@ -158,18 +166,21 @@ static void compose_tensor(const nsdf_tensor_desc *t, const uint64_t offset[3], 
                 out[r * stride + c] = a[i];
             }
         }
-    if (t->kind != NSDF_TENSOR_LOW_RANK) return;
+    if (t->kind != NSDF_TENSOR_LOW_RANK)
+        return;
     for (uint32_t q = 0; q < t->rank; q++) {
         float v = control_value(parameters + offset[2] + (size_t)q * t->knots, k);
         const float *m = parameters + offset[1] + q * plane;
         for (uint32_t r = 0; r < t->rows; r++)
-            for (uint32_t c = 0; c < t->cols; c++) out[r * stride + c] += v * m[(size_t)r * t->cols + c];
+            for (uint32_t c = 0; c < t->cols; c++)
+                out[r * stride + c] += v * m[(size_t)r * t->cols + c];
     }
 }
 
 static knot_weights weights_for(const nsdf_tensor_desc *t, double u) {
     knot_weights k = {0, {0, 0, 0, 0}};
-    if (t->kind != NSDF_TENSOR_CONSTANT) k.first = nsdf_spline_weights(u, t->knots, k.weight);
+    if (t->kind != NSDF_TENSOR_CONSTANT)
+        k.first = nsdf_spline_weights(u, t->knots, k.weight);
     return k;
 }
 
@@ -184,7 +195,8 @@ void nsdf_model_compose(const nsdf_model *model, const float *parameters, double
         k = weights_for(&d->tensors[w + 1], u);
         compose_tensor(&d->tensors[w + 1], model->array_offset[w + 1], parameters, &k, matrix + in, in + 1);
     }
-    if (d->input != NSDF_INPUT_FOURIER) return;
+    if (d->input != NSDF_INPUT_FOURIER)
+        return;
     float *b = composed + model->fourier_offset;
     if (d->fourier_source == NSDF_FOURIER_STORED)
         memcpy(b, parameters, 4 * (size_t)d->fourier_count * sizeof *b);
@@ -206,7 +218,8 @@ static void scatter_low_rank(const nsdf_tensor_desc *t, const uint64_t offset[3]
                 dot += m[i] * g[r * stride + c];
             }
         float *gv = gradient + offset[2] + (size_t)q * t->knots + k->first;
-        for (int j = 0; j < 4; j++) gv[j] += k->weight[j] * dot;
+        for (int j = 0; j < 4; j++)
+            gv[j] += k->weight[j] * dot;
     }
 }
 
@@ -219,9 +232,11 @@ static void scatter_tensor(const nsdf_tensor_desc *t, const uint64_t offset[3], 
         float weight = spline ? k->weight[j] : 1.0f;
         float *o = spline ? out + (k->first + (size_t)j) * plane : out;
         for (uint32_t r = 0; r < t->rows; r++)
-            for (uint32_t c = 0; c < t->cols; c++) o[(size_t)r * t->cols + c] += weight * g[r * stride + c];
+            for (uint32_t c = 0; c < t->cols; c++)
+                o[(size_t)r * t->cols + c] += weight * g[r * stride + c];
     }
-    if (t->kind == NSDF_TENSOR_LOW_RANK) scatter_low_rank(t, offset, parameters, k, g, stride, gradient);
+    if (t->kind == NSDF_TENSOR_LOW_RANK)
+        scatter_low_rank(t, offset, parameters, k, g, stride, gradient);
 }
 
 void nsdf_model_scatter(const nsdf_model *model, const float *parameters, double u, const float *composed_gradient,

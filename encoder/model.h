@@ -15,7 +15,7 @@ typedef struct nsdf_model {
     uint64_t array_offset[NSDF_MAX_TENSORS][3]; /* of each array in the parameter vector */
     size_t layer_offset[NSDF_MAX_LAYERS];       /* of each matrix in the composed vector */
     size_t fourier_offset, composed_size;
-    uint32_t widest;                            /* inputs or outputs of any layer */
+    uint32_t widest; /* inputs or outputs of any layer */
 } nsdf_model;
 
 /* Shape of the network for `frame_count` frames that were added. */
@@ -33,7 +33,8 @@ void nsdf_model_initialise(const nsdf_model *model, nsdf_random *random, float *
 /* Composed vector at u in [0, 1]. */
 void nsdf_model_compose(const nsdf_model *model, const float *parameters, double u, float *composed);
 
-/* Adds to gradient[parameter_count] what a gradient with respect to the composed vector at u means for the parameters. */
+/* Adds to gradient[parameter_count] what a gradient with respect to the composed vector at u means for the parameters.
+ */
 void nsdf_model_scatter(const nsdf_model *model, const float *parameters, double u, const float *composed_gradient,
                         float *gradient);
 

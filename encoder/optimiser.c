@@ -6,7 +6,8 @@
 int nsdf_adam_create(nsdf_adam *adam, size_t count) {
     nsdf_adam a = {calloc(count, sizeof(float)), calloc(count, sizeof(float)), count, 0.9f, 0.99f, 1e-8f, 0};
     *adam = a;
-    if (a.mean && a.square) return 0;
+    if (a.mean && a.square)
+        return 0;
     nsdf_adam_free(adam);
     return -1;
 }
@@ -34,7 +35,8 @@ void nsdf_adam_step(nsdf_adam *adam, float *parameters, const float *gradient, d
 
 double nsdf_rate_schedule(uint64_t step, uint64_t steps, double peak) {
     double warm = 0.01 * (double)steps, at = (double)step + 1.0;
-    if (at < warm) return peak * at / warm;
+    if (at < warm)
+        return peak * at / warm;
     double f = (at - warm) / ((double)steps - warm + 1.0);
     return peak * (0.01 + 0.99 * 0.5 * (1.0 + cos(3.14159265358979 * (f < 1.0 ? f : 1.0))));
 }

@@ -7,14 +7,16 @@
 
 static double root_mean_square(const float *values, uint64_t count) {
     double sum = 0.0;
-    for (uint64_t i = 0; i < count; i++) sum += (double)values[i] * (double)values[i];
+    for (uint64_t i = 0; i < count; i++)
+        sum += (double)values[i] * (double)values[i];
     return count ? sqrt(sum / (double)count) : 0.0;
 }
 
 static void choose_quantiser(nsdf_array_desc *a, const nsdf_quantise_params *params, const float *values) {
     uint64_t count = nsdf_array_size(a);
     a->quantiser = params->bits >= 32.0 ? NSDF_QUANT_RAW : NSDF_QUANT_UNIFORM;
-    if (a->quantiser == NSDF_QUANT_RAW) return;
+    if (a->quantiser == NSDF_QUANT_RAW)
+        return;
     if (params->minmax) {
         nsdf_minmax_quantiser(values, (size_t)count, (int)lround(params->bits), &a->step, &a->offset);
         return;
@@ -33,14 +35,17 @@ void nsdf_choose_quantisers(nsdf_model *model, const nsdf_quantise_params *param
 static void round_array(const nsdf_array_desc *a, const float *values, float *rounded) {
     uint64_t count = nsdf_array_size(a);
     if (a->quantiser == NSDF_QUANT_RAW || a->step <= 0.0f) {
-        if (a->quantiser == NSDF_QUANT_RAW) memcpy(rounded, values, count * sizeof *values);
+        if (a->quantiser == NSDF_QUANT_RAW)
+            memcpy(rounded, values, count * sizeof *values);
         else
-            for (uint64_t i = 0; i < count; i++) rounded[i] = a->offset;
+            for (uint64_t i = 0; i < count; i++)
+                rounded[i] = a->offset;
         return;
     }
-    double inverse = 1.0 / (double)a->step, offset = (double)a->offset, step = (double)a->step;
+    /* The operations of nsdf_quantise and nsdf_dequantise: a product with 1 / step would part from them at ties. */
+    double offset = (double)a->offset, step = (double)a->step;
     for (uint64_t i = 0; i < count; i++)
-        rounded[i] = (float)(offset + step * nearbyint(((double)values[i] - offset) * inverse));
+        rounded[i] = (float)(offset + step * rint(((double)values[i] - offset) / step));
 }
 
 void nsdf_round_parameters(const nsdf_model *model, const float *parameters, float *rounded) {
@@ -56,8 +61,10 @@ int nsdf_quantise_parameters(const nsdf_model *model, const float *parameters, i
         for (uint32_t k = 0; k < model->desc.tensors[i].array_count; k++) {
             const nsdf_array_desc *a = &model->desc.tensors[i].arrays[k];
             uint64_t at = model->array_offset[i][k], count = nsdf_array_size(a);
-            if (a->quantiser == NSDF_QUANT_RAW) memcpy(q + at, parameters + at, count * sizeof *q);
-            else if (nsdf_quantise(parameters + at, (size_t)count, a->step, a->offset, q + at) != 0) return -1;
+            if (a->quantiser == NSDF_QUANT_RAW)
+                memcpy(q + at, parameters + at, count * sizeof *q);
+            else if (nsdf_quantise(parameters + at, (size_t)count, a->step, a->offset, q + at) != 0)
+                return -1;
         }
     return 0;
 }

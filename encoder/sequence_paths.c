@@ -255,6 +255,15 @@ static char *trim(char *line) {
     return line + strspn(line, " \t");
 }
 
+static bool holds_control(const char *line) {
+    for (const unsigned char *p = (const unsigned char *)line; *p != '\0'; p++) {
+        if ((*p < 0x20 && *p != '\t') || *p == 0x7f) {
+            return true;
+        }
+    }
+    return false;
+}
+
 static nsdf_status append_listed(nsdf_path_list *list, const char *list_path, unsigned line, const char *name,
                                  nsdf_encoder_error *error) {
     char *path = join(list_path, name[0] == '/' ? 0 : folder_length(list_path), name);
@@ -284,6 +293,10 @@ static nsdf_status read_list(nsdf_path_list *list, const char *path, FILE *file,
                                                : "a zero byte: this is not a list of paths");
         }
         const char *name = trim(line);
+        if (holds_control(name)) {
+            return nsdf_input_fail(error, NSDF_CORRUPT, "%s:%u: control characters: this is not a list of paths",
+                                   nsdf_show_path(path).text, number);
+        }
         if (*name != '\0' && *name != '#') {
             nsdf_status status = append_listed(list, path, number, name, error);
             if (status != NSDF_OK) {

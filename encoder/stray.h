@@ -8,7 +8,7 @@
 #include "workers.h"
 
 /* A crossing of the network's zero set further than this from the input counts as stray. */
-#define NSDF_STRAY_TOLERANCE 0.006f
+#define NSDF_STRAY_TOLERANCE 0.01f
 
 typedef struct nsdf_stray_job {
     const nsdf_model *model;
@@ -16,12 +16,12 @@ typedef struct nsdf_stray_job {
     nsdf_fit_scratch *const *scratch; /* [worker] */
     const float *parameters;
     const nsdf_frames *frames;
-    const double *u;                  /* [frame_count] */
+    const double *u;                           /* [frame_count] */
     float domain_min[3], domain_max[3], shell; /* normalised */
-    uint32_t resolution;              /* cells of the search grid along the domain's longest side */
-    uint64_t seed;                    /* moves the grid */
+    uint32_t resolution;                       /* cells of the search grid along the domain's longest side */
+    uint64_t seed;                             /* moves the grid */
     nsdf_workers *workers;
-    nsdf_sample_set *hard;            /* [frame_count]: points found are added, up to NSDF_MOST_HARD */
+    nsdf_sample_set *hard; /* [frame_count]: points found are added, up to NSDF_MOST_HARD */
 } nsdf_stray_job;
 
 enum { NSDF_MOST_HARD = 8192 };

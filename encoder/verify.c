@@ -7,13 +7,13 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { SAMPLES = 6000 };           /* surface points per frame and direction */
+enum { SAMPLES = 6000 }; /* surface points per frame and direction */
 static const float stray_distance = 1e-2f;
 
 typedef struct {
     nsdf_mesh *mesh;
-    nsdf_surface decoded;          /* normalised copy */
-    nsdf_distance_stats stats[2];  /* to decoded, to input */
+    nsdf_surface decoded;         /* normalised copy */
+    nsdf_distance_stats stats[2]; /* to decoded, to input */
     uint32_t stray;
     int failed;
 } comparison;
@@ -26,32 +26,47 @@ typedef struct {
 
 static int normalised_copy(const nsdf_file_header *header, const nsdf_mesh *mesh, nsdf_surface *out) {
     nsdf_mesh_view view;
-    if (nsdf_mesh_get_view(mesh, &view) != NSDF_OK) return -1;
+    if (nsdf_mesh_get_view(mesh, &view) != NSDF_OK)
+        return -1;
     nsdf_surface s = {malloc(3 * sizeof(float) * ((size_t)view.vertex_count + 1)),
                       malloc(3 * sizeof(uint32_t) * ((size_t)view.triangle_count + 1)), view.vertex_count,
                       view.triangle_count};
     *out = s;
-    if (!s.positions || !s.indices) return -1;
+    if (!s.positions || !s.indices)
+        return -1;
     for (size_t i = 0; i < 3 * (size_t)view.vertex_count; i++)
         s.positions[i] = (float)(((double)view.positions[i] - header->centre[i % 3]) / header->scale);
-    if (view.triangle_count) memcpy(s.indices, view.indices, 3 * sizeof(uint32_t) * view.triangle_count);
+    if (view.triangle_count)
+        memcpy(s.indices, view.indices, 3 * sizeof(uint32_t) * view.triangle_count);
     return 0;
 }
 
-/* Pieces, but for the largest, with a vertex further from the input than stray_distance. */
-static int count_strays(const nsdf_surface *decoded, const nsdf_sdf *input, uint32_t *stray) {
+/* Whether a point is further than stray_distance from the input: its triangles, or half the thickness of a shell away
+ * from them. */
+static int is_stray(const nsdf_sdf *input, const float point[3], float shell) {
+    float half = 0.5f * shell, limit = half + stray_distance;
+    float distance = nsdf_sdf_unsigned(input, point, limit, NULL);
+    return distance >= limit || distance <= half - stray_distance;
+}
+
+/* Pieces, but for the largest, with a stray vertex. */
+static int count_strays(const nsdf_surface *decoded, const nsdf_sdf *input, float shell, uint32_t *stray) {
     uint32_t *piece = malloc(sizeof *piece * ((size_t)decoded->triangle_count + 1));
     int64_t pieces = piece ? nsdf_surface_components(decoded, piece) : -1;
     uint32_t *size = pieces > 0 ? calloc((size_t)pieces, sizeof *size) : NULL;
     if (pieces > 0 && size) {
         uint32_t largest = 0;
-        for (uint32_t i = 0; i < decoded->triangle_count; i++) size[piece[i]]++;
-        for (uint32_t p = 1; p < (uint32_t)pieces; p++) largest = size[p] > size[largest] ? p : largest;
+        for (uint32_t i = 0; i < decoded->triangle_count; i++)
+            size[piece[i]]++;
+        for (uint32_t p = 1; p < (uint32_t)pieces; p++)
+            largest = size[p] > size[largest] ? p : largest;
         size[largest] = 0; /* 0 = not to be looked at, or counted already */
         for (uint32_t i = 0; i < decoded->triangle_count; i++) {
-            if (!size[piece[i]]) continue;
+            if (!size[piece[i]])
+                continue;
             const float *v = decoded->positions + 3 * (size_t)decoded->indices[3 * (size_t)i];
-            if (nsdf_sdf_unsigned(input, v, stray_distance, NULL) < stray_distance) continue;
+            if (!is_stray(input, v, shell))
+                continue;
             size[piece[i]] = 0;
             ++*stray;
         }
@@ -79,8 +94,8 @@ static void compare_one(void *data, uint32_t index, uint32_t worker) {
     c->stray = 0;
     if (normalised_copy(g->job->header, c->mesh, &c->decoded) == 0) {
         nsdf_sdf *input = nsdf_sdf_create(&frame->surface, frame->sign, shell);
-        nsdf_sdf *decoded = c->decoded.triangle_count
-                                ? nsdf_sdf_create(&c->decoded, NSDF_SIGN_PSEUDO_NORMAL, 0.0f) : NULL;
+        nsdf_sdf *decoded =
+            c->decoded.triangle_count ? nsdf_sdf_create(&c->decoded, NSDF_SIGN_PSEUDO_NORMAL, 0.0f) : NULL;
         nsdf_random random = nsdf_random_start(g->job->options->seed, 0x100000000u + frame->number);
         if (c->decoded.triangle_count == 0) {
             missing(c);
@@ -88,7 +103,7 @@ static void compare_one(void *data, uint32_t index, uint32_t worker) {
         } else if (input && decoded) {
             c->failed = nsdf_add_surface_distances(&frame->surface, decoded, SAMPLES, &random, &c->stats[0]) != 0 ||
                         nsdf_add_surface_distances(&c->decoded, input, SAMPLES, &random, &c->stats[1]) != 0 ||
-                        count_strays(&c->decoded, input, &c->stray) != 0;
+                        count_strays(&c->decoded, input, shell, &c->stray) != 0;
         }
         nsdf_sdf_free(input);
         nsdf_sdf_free(decoded);
@@ -111,15 +126,18 @@ static nsdf_status verify_group(group *g, nsdf_decoder *decoder, nsdf_workers *w
     const nsdf_frames *frames = g->job->frames;
     for (uint32_t i = 0; i < count; i++) {
         double t = 0.0;
-        nsdf_status status = nsdf_frame_time(decoder, frames->frames[g->first + i].number - frames->frames[0].number, &t);
-        if (status == NSDF_OK) status = nsdf_extract_mesh(decoder, t, NULL, &g->items[i].mesh);
+        nsdf_status status =
+            nsdf_frame_time(decoder, frames->frames[g->first + i].number - frames->frames[0].number, &t);
+        if (status == NSDF_OK)
+            status = nsdf_extract_mesh(decoder, t, NULL, &g->items[i].mesh);
         if (status != NSDF_OK)
             return nsdf_encoder_fail(error, status, "verify: frame %u: %s", frames->frames[g->first + i].number,
                                      nsdf_status_string(status));
     }
     nsdf_workers_run(workers, count, compare_one, g);
     for (uint32_t i = 0; i < count; i++) {
-        if (g->items[i].failed) return nsdf_encoder_fail(error, NSDF_NO_MEMORY, "verify: out of memory");
+        if (g->items[i].failed)
+            return nsdf_encoder_fail(error, NSDF_NO_MEMORY, "verify: out of memory");
         add_to_quality(&g->items[i], quality);
         *stray += g->items[i].stray;
     }
@@ -135,7 +153,8 @@ nsdf_status nsdf_verify_file(const nsdf_check_job *job, nsdf_workers *workers, c
     double began = nsdf_clock();
     memset(quality, 0, sizeof *quality);
     *stray_pieces = 0;
-    if (status != NSDF_OK) (void)nsdf_encoder_fail(error, status, "verify: %s", nsdf_status_string(status));
+    if (status != NSDF_OK)
+        (void)nsdf_encoder_fail(error, status, "verify: %s", nsdf_status_string(status));
     for (; status == NSDF_OK && g.first < count; g.first += stretch) {
         uint32_t n = count - g.first < stretch ? count - g.first : stretch;
         status = verify_group(&g, decoder, workers, n, quality, stray_pieces, error);
@@ -147,7 +166,8 @@ nsdf_status nsdf_verify_file(const nsdf_check_job *job, nsdf_workers *workers, c
         quality->rms[k] = sqrt(quality->rms[k] / quality->frames);
     }
     quality->resolution = job->options->resolution;
-    for (uint32_t i = 0; g.items && i < stretch; i++) nsdf_mesh_free(&g.items[i].mesh);
+    for (uint32_t i = 0; g.items && i < stretch; i++)
+        nsdf_mesh_free(&g.items[i].mesh);
     free(g.items);
     nsdf_close(&decoder);
     return status;

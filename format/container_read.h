@@ -8,13 +8,13 @@
 /* Results of every reading function in format/.  The decoder maps them to nsdf_status. */
 typedef enum nsdf_parse {
     NSDF_PARSE_OK = 0,
-    NSDF_PARSE_TRUNCATED,   /* needs more bytes than there are */
-    NSDF_PARSE_NOT_NSDF,    /* signature */
-    NSDF_PARSE_VERSION,     /* newer major version */
-    NSDF_PARSE_FEATURE,     /* unknown critical chunk or part kind, or an entropy back end not in this build */
-    NSDF_PARSE_CHECKSUM,    /* CRC-32 */
-    NSDF_PARSE_CORRUPT,     /* a field's value is forbidden */
-    NSDF_PARSE_NO_MEMORY    /* a back end's own allocation failed */
+    NSDF_PARSE_TRUNCATED, /* needs more bytes than there are */
+    NSDF_PARSE_NOT_NSDF,  /* signature */
+    NSDF_PARSE_VERSION,   /* newer major version */
+    NSDF_PARSE_FEATURE,   /* unknown critical chunk or part kind, or an entropy back end not in this build */
+    NSDF_PARSE_CHECKSUM,  /* CRC-32 */
+    NSDF_PARSE_CORRUPT,   /* a field's value is forbidden */
+    NSDF_PARSE_NO_MEMORY  /* a back end's own allocation failed */
 } nsdf_parse;
 
 /* Filled on failure: the byte, counted from the start of the bytes given, and a static English text. */
@@ -62,8 +62,8 @@ nsdf_parse nsdf_read_quality(const uint8_t *payload, size_t size, nsdf_quality_r
 
 /* META's payload: a sequence of (u16 key bytes, u32 value bytes, key, NUL, value, NUL).  Strings are UTF-8 without NUL
  * inside.  *cursor starts at 0 and is moved past the entry; *key is NULL at the end.  Strings point into payload. */
-nsdf_parse nsdf_read_metadata(const uint8_t *payload, size_t size, size_t *cursor, const char **key,
-                              const char **value, nsdf_fault *fault);
+nsdf_parse nsdf_read_metadata(const uint8_t *payload, size_t size, size_t *cursor, const char **key, const char **value,
+                              nsdf_fault *fault);
 
 /* CRC-32 as in PNG and zlib (polynomial 0xedb88320, initial and final complement); `crc` continues an earlier one, 0
  * starts. */

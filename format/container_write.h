@@ -28,10 +28,10 @@ void nsdf_write_quality(nsdf_buffer *payload, const nsdf_quality_record *quality
 void nsdf_write_metadata(nsdf_buffer *payload, const char *key, const char *value);
 
 typedef struct nsdf_file_parts {
-    nsdf_file_header header;         /* segment_count says how many payloads there are */
-    const nsdf_buffer *segments;     /* SEGM payloads */
-    nsdf_index_entry *entries;       /* frames and hash are taken from here; offset and size are filled in */
-    const nsdf_buffer *metadata;     /* META payload, or NULL */
+    nsdf_file_header header;            /* segment_count says how many payloads there are */
+    const nsdf_buffer *segments;        /* SEGM payloads */
+    nsdf_index_entry *entries;          /* frames and hash are taken from here; offset and size are filled in */
+    const nsdf_buffer *metadata;        /* META payload, or NULL */
     const nsdf_quality_record *quality; /* or NULL */
 } nsdf_file_parts;
 

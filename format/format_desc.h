@@ -30,8 +30,7 @@ enum {
 #define NSDF_MAX_PARAMETERS ((uint64_t)1 << 28)
 
 /* Chunk types: four ASCII letters, first letter in the lowest byte of the little-endian word. */
-#define NSDF_CHUNK(a, b, c, d) \
-    ((uint32_t)(a) | (uint32_t)(b) << 8 | (uint32_t)(c) << 16 | (uint32_t)(d) << 24)
+#define NSDF_CHUNK(a, b, c, d) ((uint32_t)(a) | (uint32_t)(b) << 8 | (uint32_t)(c) << 16 | (uint32_t)(d) << 24)
 #define NSDF_CHUNK_HEAD NSDF_CHUNK('H', 'E', 'A', 'D')
 #define NSDF_CHUNK_INDX NSDF_CHUNK('I', 'N', 'D', 'X')
 #define NSDF_CHUNK_SEGM NSDF_CHUNK('S', 'E', 'G', 'M')
@@ -46,7 +45,7 @@ typedef struct nsdf_file_header {
     uint32_t frame_count;        /* >= 1 */
     uint32_t segment_count;      /* >= 1 */
     double box_min[3], box_max[3];
-    double centre[3], scale;     /* x_norm = (x - centre) / scale; scale = diagonal of the box (thesis 5.8, 5.9) */
+    double centre[3], scale; /* x_norm = (x - centre) / scale; scale = diagonal of the box (thesis 5.8, 5.9) */
     float domain_min[3], domain_max[3]; /* normalised */
     uint32_t default_resolution;
     float extraction_bound;
@@ -74,7 +73,11 @@ typedef enum nsdf_activation {
     NSDF_ACT_SINE = 2, /* sin(omega * (W x + b)) */
     NSDF_ACT_TANH = 3
 } nsdf_activation;
-typedef enum nsdf_tensor_kind { NSDF_TENSOR_CONSTANT = 0, NSDF_TENSOR_SPLINE = 1, NSDF_TENSOR_LOW_RANK = 2 } nsdf_tensor_kind;
+typedef enum nsdf_tensor_kind {
+    NSDF_TENSOR_CONSTANT = 0,
+    NSDF_TENSOR_SPLINE = 1,
+    NSDF_TENSOR_LOW_RANK = 2
+} nsdf_tensor_kind;
 typedef enum nsdf_entropy_kind {
     NSDF_ENTROPY_NONE = 0,
     NSDF_ENTROPY_DEFLATE = 1,
@@ -123,9 +126,9 @@ typedef struct nsdf_network_desc {
     uint32_t fourier_count; /* rows of B [count][4]; features are cos(2 pi B v), then sin(2 pi B v) (thesis 5.14) */
     uint64_t fourier_seed;
     float fourier_sigma;
-    float time_scale;       /* network time = time_scale * u, u in [0, 1] over the segment (thesis 5.11, 5.13) */
+    float time_scale; /* network time = time_scale * u, u in [0, 1] over the segment (thesis 5.11, 5.13) */
     float value_scale, value_offset; /* signed distance / scale = value_scale * output + value_offset (thesis 5.10) */
-    uint32_t layer_count;   /* >= 1; the last has width 1 */
+    uint32_t layer_count;            /* >= 1; the last has width 1 */
     nsdf_layer_desc layers[NSDF_MAX_LAYERS];
     uint32_t tensor_count;
     nsdf_tensor_desc tensors[NSDF_MAX_TENSORS];
@@ -167,7 +170,8 @@ static inline void nsdf_tensor_layout(nsdf_tensor_desc *t) {
 static inline uint64_t nsdf_parameter_count(const nsdf_network_desc *d) {
     uint64_t n = 0;
     for (uint32_t i = 0; i < d->tensor_count; i++)
-        for (uint32_t k = 0; k < d->tensors[i].array_count; k++) n += nsdf_array_size(&d->tensors[i].arrays[k]);
+        for (uint32_t k = 0; k < d->tensors[i].array_count; k++)
+            n += nsdf_array_size(&d->tensors[i].arrays[k]);
     return n;
 }
 

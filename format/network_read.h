@@ -5,9 +5,9 @@
 #include "container_read.h"
 
 typedef struct nsdf_part_ref {
-    uint32_t kind;         /* NSDF_PART_... */
-    uint32_t flags;        /* reserved, ignored */
-    const uint8_t *data;   /* into the payload */
+    uint32_t kind;       /* NSDF_PART_... */
+    uint32_t flags;      /* reserved, ignored */
+    const uint8_t *data; /* into the payload */
     size_t size;
 } nsdf_part_ref;
 

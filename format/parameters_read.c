@@ -129,7 +129,8 @@ nsdf_parse nsdf_read_parameters(const uint8_t *part, size_t size, size_t coded_o
     nsdf_residual_reader reader;
     const char *what = "";
     int32_t *residuals = scratch;
-    uint8_t *planes = (uint8_t *)(residuals + largest_uniform_array(desc));
+    /* Without residuals and planes there is no scratch memory. */
+    uint8_t *planes = residuals ? (uint8_t *)(residuals + largest_uniform_array(desc)) : NULL;
     nsdf_parse status = nsdf_residuals_open(&reader, desc, part + c.at, size - c.at, planes, memory, &what);
     if (status == NSDF_PARSE_OK)
         status = read_uniform_arrays(&reader, desc, residuals, values, &what);

@@ -153,12 +153,9 @@ static inline void make_header(nsdf_file_header *header, uint32_t frames, uint32
     header->extraction_bound = 100.0f;
 }
 
-static inline void make_segment(made_file *file, uint32_t index, int shape, nsdf_entropy_kind entropy, uint32_t layers,
-                                uint32_t width, uint64_t *random, nsdf_buffer *payload) {
+/* The segment of file->desc[index], with random parameters. */
+static inline void make_segment_of(made_file *file, uint32_t index, uint64_t *random, nsdf_buffer *payload) {
     int32_t *q;
-    if (!nsdf_entropy_available(entropy))
-        entropy = NSDF_ENTROPY_RANGE;
-    make_network(&file->desc[index], shape, layers, width, entropy);
     make_parameters(&file->desc[index], random, &q, &file->values[index]);
     nsdf_write_segment_start(payload, 1);
     const int failed = nsdf_write_network_part(payload, &file->desc[index], q);
@@ -166,24 +163,24 @@ static inline void make_segment(made_file *file, uint32_t index, int shape, nsdf
     (void)failed;
     file->entries[index].parameter_hash =
         nsdf_hash_floats(NSDF_HASH_START, file->values[index], (size_t)nsdf_parameter_count(&file->desc[index]));
+    file->entries[index].first_frame = 4 * index;
+    file->entries[index].last_frame = 4 * index + 4;
     free(q);
 }
 
-/* A file of `segments` segments of four frame steps each; shapes and entropy back ends take turns from `shape` and
- * `entropy` on.  free_file frees it. */
-static inline void make_sized_file(made_file *file, uint32_t segments, int shape, nsdf_entropy_kind entropy,
-                                   uint32_t layers, uint32_t width, uint64_t seed) {
-    nsdf_buffer payloads[MAKE_MAX_SEGMENTS] = {{NULL, 0, 0, 0}}, metadata = {NULL, 0, 0, 0}, out = {NULL, 0, 0, 0};
+static inline void make_segment(made_file *file, uint32_t index, int shape, nsdf_entropy_kind entropy, uint32_t layers,
+                                uint32_t width, uint64_t *random, nsdf_buffer *payload) {
+    if (!nsdf_entropy_available(entropy))
+        entropy = NSDF_ENTROPY_RANGE;
+    make_network(&file->desc[index], shape, layers, width, entropy);
+    make_segment_of(file, index, random, payload);
+}
+
+/* Puts the file together and frees the payloads. */
+static inline void make_container(made_file *file, uint32_t segments, nsdf_buffer *payloads) {
+    nsdf_buffer metadata = {NULL, 0, 0, 0}, out = {NULL, 0, 0, 0};
     const nsdf_quality_record quality = {{1e-4, 2e-4}, {3e-4, 4e-4}, {5e-4, 6e-4}, 128, segments * 4 + 1};
-    assert(segments <= MAKE_MAX_SEGMENTS);
-    memset(file, 0, sizeof *file);
     make_header(&file->header, segments * 4 + 1, segments);
-    for (uint32_t i = 0; i < segments; i++) {
-        make_segment(file, i, (shape + (int)i) % MAKE_SHAPES, (nsdf_entropy_kind)((entropy + i) % NSDF_ENTROPY_COUNT),
-                     layers, width, &seed, &payloads[i]);
-        file->entries[i].first_frame = 4 * i;
-        file->entries[i].last_frame = 4 * i + 4;
-    }
     nsdf_write_metadata(&metadata, "title", "small");
     nsdf_write_metadata(&metadata, "empty", "");
     nsdf_file_parts parts = {file->header, payloads, file->entries, &metadata, &quality};
@@ -198,6 +195,19 @@ static inline void make_sized_file(made_file *file, uint32_t segments, int shape
     memcpy(file->data, out.data, out.size);
     file->size = out.size;
     nsdf_buffer_free(&out);
+}
+
+/* A file of `segments` segments of four frame steps each; shapes and entropy back ends take turns from `shape` and
+ * `entropy` on.  free_file frees it. */
+static inline void make_sized_file(made_file *file, uint32_t segments, int shape, nsdf_entropy_kind entropy,
+                                   uint32_t layers, uint32_t width, uint64_t seed) {
+    nsdf_buffer payloads[MAKE_MAX_SEGMENTS] = {{NULL, 0, 0, 0}};
+    assert(segments <= MAKE_MAX_SEGMENTS);
+    memset(file, 0, sizeof *file);
+    for (uint32_t i = 0; i < segments; i++)
+        make_segment(file, i, (shape + (int)i) % MAKE_SHAPES, (nsdf_entropy_kind)((entropy + i) % NSDF_ENTROPY_COUNT),
+                     layers, width, &seed, &payloads[i]);
+    make_container(file, segments, payloads);
 }
 
 static inline void make_file(made_file *file, uint32_t segments, int shape, nsdf_entropy_kind entropy, uint64_t seed) {

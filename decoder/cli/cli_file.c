@@ -168,6 +168,11 @@ static int open_temporary(nsdf_cli_file *file, const char *path) {
     return errno = file->descriptor < 0 ? why : ENOMEM, -1;
 }
 
+int nsdf_cli_is_folder(const char *path) {
+    struct stat about;
+    return stat(path, &about) == 0 && S_ISDIR(about.st_mode);
+}
+
 /* Pipes and devices cannot be replaced by a rename and are written to directly. */
 static int open_output(nsdf_cli_file *file, const char *path) {
     struct stat existing;
@@ -193,6 +198,12 @@ int nsdf_cli_file_open(nsdf_cli_file *file, const char *path) {
     nsdf_cli_error("cannot write '%s': %s", path, strerror(errno));
     release(file);
     return -1;
+}
+
+void nsdf_cli_file_drop(nsdf_cli_file *file) {
+    if (file->descriptor >= 0 && file->descriptor != STDOUT_FILENO)
+        close(file->descriptor);
+    release(file);
 }
 
 static int write_out(nsdf_cli_file *file, const unsigned char *data, size_t size) {

@@ -84,12 +84,18 @@ int nsdf_cli_usage_error(const char *format, ...) {
     return NSDF_CLI_USAGE;
 }
 
+/* Statuses whose messages leave nothing to add. */
+static int is_told_by_message(nsdf_status status) {
+    return status == NSDF_IO || status == NSDF_NOT_NSDF || status == NSDF_LIMIT;
+}
+
 void nsdf_cli_nsdf_error(const char *file, const nsdf_error *error) {
     const char *what = error->message[0] ? error->message : nsdf_status_string(error->status);
-    if (error->chunk[0])
+    if (error->chunk[0] && !is_told_by_message(error->status))
         nsdf_cli_error("%s: %s in chunk %s at byte %llu (%s)", file, what, error->chunk,
                        (unsigned long long)error->offset, nsdf_status_string(error->status));
-    else if (error->message[0] && strcmp(error->message, nsdf_status_string(error->status)) != 0)
+    else if (what == error->message && !is_told_by_message(error->status) &&
+             strcmp(what, nsdf_status_string(error->status)) != 0)
         nsdf_cli_error("%s: %s (%s)", file, what, nsdf_status_string(error->status));
     else
         nsdf_cli_error("%s: %s", file, what);

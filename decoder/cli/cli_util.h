@@ -30,7 +30,8 @@ void nsdf_cli_say(const char *format, ...) NSDF_CLI_PRINTF(1, 2);     /* unless 
 void nsdf_cli_verbose(const char *format, ...) NSDF_CLI_PRINTF(1, 2); /* with -v */
 /* Prints the error with "(try --help)" behind it and returns NSDF_CLI_USAGE. */
 int nsdf_cli_usage_error(const char *format, ...) NSDF_CLI_PRINTF(1, 2);
-/* "FILE: message in chunk SEGM at byte 812 (status)"; parts that the error does not have are left out. */
+/* "FILE: message in chunk SEGM at byte 812 (status)"; parts that the error does not have, or that would say nothing
+ * new, are left out. */
 void nsdf_cli_nsdf_error(const char *file, const nsdf_error *error);
 
 /* A line that overwrites itself; shown on a terminal only, and not when quiet.  The other functions here end it. */
@@ -72,6 +73,11 @@ int nsdf_cli_file_write(void *user, const void *data, size_t size);
 /* Writes what is buffered and closes; the file keeps its temporary name until nsdf_cli_commit.  0, or -1 after
  * printing the first failure since opening. */
 int nsdf_cli_file_close(nsdf_cli_file *file);
+/* Closes without writing what is buffered, silently; harmless when closed.  nsdf_cli_abort removes the file. */
+void nsdf_cli_file_drop(nsdf_cli_file *file);
+
+/* Whether the path leads to a folder. */
+int nsdf_cli_is_folder(const char *path);
 
 /* Renames all closed files to their names.  0, or -1 after printing why, with none of them left. */
 int nsdf_cli_commit(void);

@@ -16,6 +16,14 @@ static int is_interrupted(void *user) {
     return nsdf_cli_interrupts() > 0;
 }
 
+static int print_error(const dec_options *options, const nsdf_error *error) {
+    if (error->status == NSDF_LIMIT && error->message[0])
+        nsdf_cli_error("%s: %s; see --max-memory", options->input, error->message);
+    else
+        nsdf_cli_nsdf_error(options->input, error);
+    return NSDF_CLI_FAILURE;
+}
+
 /* A call on the handle failed; the details are kept there. */
 static int report(const dec_options *options, const nsdf_decoder *decoder, nsdf_status status) {
     nsdf_error error;
@@ -27,8 +35,7 @@ static int report(const dec_options *options, const nsdf_decoder *decoder, nsdf_
         memset(&error, 0, sizeof error);
         error.status = status;
     }
-    nsdf_cli_nsdf_error(options->input, &error);
-    return NSDF_CLI_FAILURE;
+    return print_error(options, &error);
 }
 
 static void set_decoder_options(const dec_options *options, nsdf_decoder_options *out) {
@@ -172,10 +179,12 @@ static int run(const dec_options *options) {
         nsdf_cli_catch_signals();
     }
     set_decoder_options(options, &decoder_options);
-    if (nsdf_open_file(&decoder, options->input, &decoder_options, &error) != NSDF_OK) {
-        nsdf_cli_nsdf_error(options->input, &error);
+    if (nsdf_cli_is_folder(options->input)) {
+        nsdf_cli_error("%s: a folder, not an .nsdf file", options->input);
         return NSDF_CLI_FAILURE;
     }
+    if (nsdf_open_file(&decoder, options->input, &decoder_options, &error) != NSDF_OK)
+        return print_error(options, &error);
     nsdf_cli_verbose("%s kernels", nsdf_kernel_name(decoder));
     const int result = options->action == DEC_INFO     ? info(options, decoder)
                        : options->action == DEC_VERIFY ? verify(options, decoder)

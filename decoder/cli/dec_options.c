@@ -227,12 +227,12 @@ static int refuse(int result, char **argv) {
 
 static int check(dec_options *o) {
     if (!o->input)
-        return nsdf_cli_usage_error("no input file");
+        return nsdf_cli_usage_error("no input file: name an .nsdf file");
     if (o->json && o->action != DEC_INFO)
         return nsdf_cli_usage_error("--json goes with --info");
     if (o->action != DEC_EXTRACT && o->output)
         return nsdf_cli_usage_error("--output does not go with --info, --verify or --bench");
-    if (o->action == DEC_EXTRACT && !o->output)
+    if (o->action == DEC_EXTRACT && (!o->output || !*o->output))
         return nsdf_cli_usage_error("no output: use -o, for example -o out_%%04d.obj");
     if (o->times && (o->frames || o->rate_num))
         return nsdf_cli_usage_error("--times does not go with --fps or --frames");

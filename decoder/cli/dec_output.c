@@ -45,6 +45,9 @@ int dec_output_prepare(const dec_options *options, dec_output *output) {
                                                 : DEC_OUTPUT_FILES;
     if (output->kind != DEC_OUTPUT_FILES)
         return NSDF_CLI_SUCCESS;
+    if (nsdf_cli_is_folder(name) || (*name && name[strlen(name) - 1] == '/'))
+        return nsdf_cli_usage_error("'%s' is a folder: name the files in it, for example %s%sout_%%04d.obj", name, name,
+                                    name[strlen(name) - 1] == '/' ? "" : "/");
     if (!options->has_format && nsdf_mesh_format_from_name(name, &output->format) != NSDF_OK)
         return nsdf_cli_usage_error("cannot tell the format of '%s': let it end in .obj, .ply or .stl, or use --format",
                                     name);

@@ -76,11 +76,13 @@ static int add_range(const sequence *s, char *text, dec_times *times, uint32_t *
     if (dash)
         *dash = 0;
     const int good = nsdf_cli_parse_u32(text, 0, UINT32_MAX, &first) == 0 &&
-                     nsdf_cli_parse_u32(dash ? dash + 1 : text, 0, UINT32_MAX, &last) == 0 && first <= last;
+                     nsdf_cli_parse_u32(dash ? dash + 1 : text, 0, UINT32_MAX, &last) == 0;
     if (dash)
         *dash = '-';
     if (!good)
         return nsdf_cli_usage_error("--frames: '%s' is not a number or a range such as 0-9", text);
+    if (first > last)
+        return nsdf_cli_usage_error("--frames: '%s' runs backwards", text);
     if (last >= s->count)
         return nsdf_cli_usage_error("--frames: there is no frame %lu, they go from 0 to %lu", (unsigned long)last,
                                     (unsigned long)s->count - 1);

@@ -13,20 +13,27 @@ typedef struct {
 static int on_progress(void *user, const nsdf_progress *p) {
     progress_state *state = user;
     int interrupts = nsdf_cli_interrupts();
-    if (interrupts >= 2 || (interrupts >= 1 && p->stage == NSDF_STAGE_SAMPLE)) return NSDF_ABORT;
+    if (interrupts >= 2 || (interrupts >= 1 && p->stage == NSDF_STAGE_SAMPLE))
+        return NSDF_ABORT;
     if (interrupts == 1 && p->stage == NSDF_STAGE_FIT && !state->finished_early) {
         state->finished_early = 1;
         nsdf_cli_say("interrupted: writing what has been fitted so far; once more to give up");
         return NSDF_FINISH;
     }
     switch (p->stage) {
-    case NSDF_STAGE_SAMPLE: nsdf_cli_progress("sampling %3.0f %%", 100.0 * p->fraction); break;
+    case NSDF_STAGE_SAMPLE:
+        nsdf_cli_progress("sampling %3.0f %%", 100.0 * p->fraction);
+        break;
     case NSDF_STAGE_FIT:
         nsdf_cli_progress("fitting %5.1f %%  error %.2e  %.2f M samples/s  %.0f s left", 100.0 * p->fraction, p->error,
                           1e-6 * p->samples_per_second, p->eta);
         break;
-    case NSDF_STAGE_BOUND: nsdf_cli_progress("coding %3.0f %%", 100.0 * p->fraction); break;
-    case NSDF_STAGE_VERIFY: nsdf_cli_progress("verifying %3.0f %%  %.0f s left", 100.0 * p->fraction, p->eta); break;
+    case NSDF_STAGE_BOUND:
+        nsdf_cli_progress("coding %3.0f %%", 100.0 * p->fraction);
+        break;
+    case NSDF_STAGE_VERIFY:
+        nsdf_cli_progress("verifying %3.0f %%  %.0f s left", 100.0 * p->fraction, p->eta);
+        break;
     }
     return NSDF_CONTINUE;
 }
@@ -36,36 +43,38 @@ static int wanted(uint32_t index, uint32_t count, uint32_t step) {
     return index % step == 0 || index + 1 == count;
 }
 
-static int add_frames(const enc_options *o, nsdf_encoder *encoder) {
-    nsdf_sequence *sequence = NULL;
+static int load_frame(nsdf_encoder *encoder, nsdf_sequence *sequence, uint32_t index) {
+    nsdf_input_mesh mesh;
     nsdf_encoder_error error;
-    nsdf_status status = nsdf_sequence_open(&sequence, o->inputs, o->input_count, &error);
-    uint32_t count = status == NSDF_OK ? nsdf_sequence_frame_count(sequence) : 0;
-    for (uint32_t i = 0; i < count && status == NSDF_OK; i++) {
-        nsdf_input_mesh mesh;
-        if (!wanted(i, count, o->frame_step)) continue;
+    if (nsdf_sequence_load(sequence, index, &mesh, &error) != NSDF_OK) {
+        nsdf_cli_error("%s", error.message); /* names the file */
+        return -1;
+    }
+    if (nsdf_encoder_add_frame(encoder, index, &mesh, &error) != NSDF_OK) {
+        nsdf_cli_error("%s: %s", nsdf_sequence_frame_path(sequence, index), error.message);
+        return -1;
+    }
+    return 0;
+}
+
+static int add_frames(const enc_options *o, nsdf_encoder *encoder, nsdf_sequence *sequence) {
+    const uint32_t count = nsdf_sequence_frame_count(sequence);
+    for (uint32_t i = 0; i < count; i++) {
+        if (!wanted(i, count, o->frame_step))
+            continue;
         nsdf_cli_progress("reading %u of %u", i + 1, count);
-        status = nsdf_sequence_load(sequence, i, &mesh, &error);
-        if (status != NSDF_OK) break;
-        status = nsdf_encoder_add_frame(encoder, i, &mesh, &error);
-        if (status != NSDF_OK) {
-            nsdf_cli_error("%s: %s", nsdf_sequence_frame_path(sequence, i), error.message);
-            nsdf_sequence_close(&sequence);
+        if (load_frame(encoder, sequence, i) != 0)
             return -1;
-        }
         if (nsdf_cli_interrupts() > 0) {
             nsdf_cli_error("interrupted: nothing was written");
-            nsdf_sequence_close(&sequence);
             return -1;
         }
     }
-    nsdf_sequence_close(&sequence);
-    if (status != NSDF_OK) nsdf_cli_error("%s", error.message);
-    return status == NSDF_OK ? 0 : -1;
+    return 0;
 }
 
-static void warn_about_input(const nsdf_encoder_stats *s) {
-    if (s->open_frames)
+static void warn_about_input(const enc_options *o, const nsdf_encoder_stats *s) {
+    if (s->open_frames && !(o->encoder.shell > 0))
         nsdf_cli_warn("%u of %u frames are not closed (%llu open edges): inside and outside by winding number",
                       s->open_frames, s->frames, (unsigned long long)s->open_edges);
     if (s->reversed_frames)
@@ -73,70 +82,108 @@ static void warn_about_input(const nsdf_encoder_stats *s) {
 }
 
 static void summarise(const enc_options *o, const nsdf_encoder_stats *s) {
-    warn_about_input(s);
+    warn_about_input(o, s);
     nsdf_cli_verbose("%llu parameters, %llu steps, extraction bound %.2f", (unsigned long long)s->parameters,
                      (unsigned long long)s->steps, s->bound);
     nsdf_cli_verbose("sampling %.1f s, fitting %.1f s, coding %.1f s, verifying %.1f s", s->seconds_sample,
                      s->seconds_fit, s->seconds_code, s->seconds_verify);
-    nsdf_cli_say("%s: %u frames in %llu bytes (%.0f a frame), %.0f s", o->output, s->nominal_frames,
-                 (unsigned long long)s->file_size, (double)s->file_size / (double)s->nominal_frames,
+    nsdf_cli_say("%s: %u frame%s in %llu bytes (%.0f a frame), %.0f s", o->output, s->nominal_frames,
+                 s->nominal_frames == 1 ? "" : "s", (unsigned long long)s->file_size,
+                 (double)s->file_size / (double)s->nominal_frames,
                  s->seconds_sample + s->seconds_fit + s->seconds_code + s->seconds_verify);
-    if (s->quality.frames == 0) return;
+    if (s->quality.frames == 0)
+        return;
     nsdf_cli_say("mean error %.2e of the diagonal from input to decoded, %.2e back; largest %.2e and %.2e "
                  "(%u frames, resolution %u)",
-                 s->quality.mean_to_decoded, s->quality.mean_to_input, s->quality.max_to_decoded, s->quality.max_to_input,
-                 s->quality.frames, s->quality.resolution);
+                 s->quality.mean_to_decoded, s->quality.mean_to_input, s->quality.max_to_decoded,
+                 s->quality.max_to_input, s->quality.frames, s->quality.resolution);
     if (s->stray_pieces)
         nsdf_cli_warn("%u stray pieces further than 0.01 of the diagonal from the input: a slower preset helps",
                       s->stray_pieces);
 }
 
-/* The output is opened before fitting, so that a name that cannot be written is told at once. */
-static int encode(const enc_options *o, nsdf_encoder *encoder, nsdf_cli_file *file) {
+typedef struct {
+    nsdf_cli_file file, report;
+} outputs;
+
+/* Before anything that takes time, so that a name that cannot be written is told at once. */
+static int open_outputs(const enc_options *o, outputs *out) {
+    if (nsdf_cli_file_open(&out->file, o->output) != 0)
+        return -1;
+    return o->report ? nsdf_cli_file_open(&out->report, o->report) : 0;
+}
+
+static int run(nsdf_encoder *encoder, progress_state *state) {
     nsdf_encoder_error error;
+    const nsdf_status status = nsdf_encoder_run(encoder, on_progress, state, &error);
+    if (status == NSDF_CANCELLED)
+        nsdf_cli_error("interrupted: nothing was written");
+    else if (status != NSDF_OK)
+        nsdf_cli_error("%s", error.message);
+    return status == NSDF_OK ? 0 : -1;
+}
+
+static int write_file(nsdf_encoder *encoder, nsdf_cli_file *file) {
+    nsdf_encoder_error error;
+    const nsdf_status status = nsdf_encoder_write(encoder, nsdf_cli_file_write, file, &error);
+    if (nsdf_cli_file_close(file) != 0)
+        return -1; /* says why, also when a write failed */
+    if (status != NSDF_OK)
+        nsdf_cli_error("%s", error.message);
+    return status == NSDF_OK ? 0 : -1;
+}
+
+static int encode(const enc_options *o, nsdf_encoder *encoder, outputs *out) {
     nsdf_encoder_stats stats;
     progress_state state = {0};
-    nsdf_status status = nsdf_encoder_run(encoder, on_progress, &state, &error);
-    if (status == NSDF_CANCELLED) {
-        nsdf_cli_error("interrupted: nothing was written");
+    if (run(encoder, &state) != 0 || nsdf_encoder_get_stats(encoder, &stats) != NSDF_OK ||
+        write_file(encoder, &out->file) != 0)
         return -1;
-    }
-    if (status != NSDF_OK) {
-        nsdf_cli_error("%s", error.message);
+    if (o->report && enc_report_write(&out->report, o, &stats, state.finished_early) != 0)
         return -1;
-    }
-    if (nsdf_encoder_get_stats(encoder, &stats) != NSDF_OK) return -1;
-    if (nsdf_encoder_write(encoder, nsdf_cli_file_write, file, &error) != NSDF_OK || nsdf_cli_file_close(file) != 0) {
-        (void)nsdf_cli_file_close(file);
-        return -1;
-    }
-    if (o->report && enc_report_write(o, &stats, state.finished_early) != 0) return -1;
     if (nsdf_cli_interrupts() >= 2) {
         nsdf_cli_error("interrupted: nothing was written");
         return -1;
     }
-    if (nsdf_cli_commit() != 0) return -1;
+    if (nsdf_cli_commit() != 0)
+        return -1;
     summarise(o, &stats);
     return 0;
+}
+
+static int encode_inputs(const enc_options *o, nsdf_encoder *encoder) {
+    nsdf_sequence *sequence = NULL;
+    nsdf_encoder_error error;
+    outputs out = {.file.descriptor = -1, .report.descriptor = -1};
+    if (nsdf_sequence_open(&sequence, o->inputs, o->input_count, &error) != NSDF_OK) {
+        nsdf_cli_error("%s", error.message);
+        return -1;
+    }
+    int result = open_outputs(o, &out);
+    if (result == 0)
+        result = add_frames(o, encoder, sequence);
+    nsdf_sequence_close(&sequence);
+    if (result == 0)
+        result = encode(o, encoder, &out);
+    nsdf_cli_file_drop(&out.file);
+    nsdf_cli_file_drop(&out.report);
+    nsdf_cli_abort(); /* after success nothing is left to remove */
+    return result;
 }
 
 int main(int argc, char **argv) {
     enc_options options;
     nsdf_encoder *encoder = NULL;
     nsdf_encoder_error error;
-    nsdf_cli_file file;
     nsdf_cli_begin("nsdf-enc");
-    int code = enc_options_parse(&options, argc, argv);
-    if (code >= 0) return code;
+    const int code = enc_options_parse(&options, argc, argv);
+    if (code >= 0)
+        return code;
     nsdf_cli_set_verbosity(options.quiet ? -1 : options.verbose);
     if (nsdf_encoder_create(&encoder, &options.encoder, &error) != NSDF_OK)
         return nsdf_cli_usage_error("%s", error.message);
     nsdf_cli_catch_signals();
-    code = NSDF_CLI_FAILURE;
-    if (add_frames(&options, encoder) == 0 && nsdf_cli_file_open(&file, options.output) == 0 &&
-        encode(&options, encoder, &file) == 0)
-        code = NSDF_CLI_SUCCESS;
-    nsdf_cli_abort();
+    const int result = encode_inputs(&options, encoder);
     nsdf_encoder_close(&encoder);
-    return code;
+    return result == 0 ? NSDF_CLI_SUCCESS : NSDF_CLI_FAILURE;
 }

@@ -6,6 +6,7 @@
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
+#include <strings.h>
 
 static const char help_text[] =
     "Usage: nsdf-enc [options] INPUT... -o OUT.nsdf\n"
@@ -57,12 +58,45 @@ static const char help_text[] =
     "Example: nsdf-enc frames/ -o dance.nsdf --fps 30 --preset fast\n";
 
 enum {
-    OPT_FPS = 256, OPT_FRAME_STEP, OPT_PRESET, OPT_SHELL, OPT_RESOLUTION, OPT_REPORT, OPT_NO_VERIFY, OPT_THREADS,
-    OPT_SEED, OPT_VERSION, OPT_INPUT, OPT_LAYERS, OPT_WIDTH, OPT_ACTIVATION, OPT_OUTPUT_ACTIVATION, OPT_WEIGHTS,
-    OPT_KNOT_SPACING, OPT_RANK, OPT_OMEGA, OPT_OMEGA_HIDDEN, OPT_FOURIER_FEATURES, OPT_FOURIER_SIGMA,
-    OPT_FOURIER_TRAINED, OPT_SAMPLING, OPT_D_HALF, OPT_SAMPLES, OPT_TIME_NORM, OPT_SDF_NORM, OPT_LOSS, OPT_LOSS_D0,
-    OPT_DELTA, OPT_SLOPE, OPT_STEPS, OPT_LEARNING_RATE, OPT_BATCH_FRAMES, OPT_BATCH_POINTS, OPT_WEIGHT_BITS,
-    OPT_QUANTISER, OPT_ENTROPY
+    OPT_FPS = 256,
+    OPT_FRAME_STEP,
+    OPT_PRESET,
+    OPT_SHELL,
+    OPT_RESOLUTION,
+    OPT_REPORT,
+    OPT_NO_VERIFY,
+    OPT_THREADS,
+    OPT_SEED,
+    OPT_VERSION,
+    OPT_INPUT,
+    OPT_LAYERS,
+    OPT_WIDTH,
+    OPT_ACTIVATION,
+    OPT_OUTPUT_ACTIVATION,
+    OPT_WEIGHTS,
+    OPT_KNOT_SPACING,
+    OPT_RANK,
+    OPT_OMEGA,
+    OPT_OMEGA_HIDDEN,
+    OPT_FOURIER_FEATURES,
+    OPT_FOURIER_SIGMA,
+    OPT_FOURIER_TRAINED,
+    OPT_SAMPLING,
+    OPT_D_HALF,
+    OPT_SAMPLES,
+    OPT_TIME_NORM,
+    OPT_SDF_NORM,
+    OPT_LOSS,
+    OPT_LOSS_D0,
+    OPT_DELTA,
+    OPT_SLOPE,
+    OPT_STEPS,
+    OPT_LEARNING_RATE,
+    OPT_BATCH_FRAMES,
+    OPT_BATCH_POINTS,
+    OPT_WEIGHT_BITS,
+    OPT_QUANTISER,
+    OPT_ENTROPY
 };
 
 static const struct option long_options[] = {
@@ -114,7 +148,8 @@ static const struct option long_options[] = {
 
 static const char *option_name(int code) {
     for (const struct option *o = long_options; o->name; o++)
-        if (o->val == code) return o->name;
+        if (o->val == code)
+            return o->name;
     return "?";
 }
 
@@ -122,7 +157,7 @@ static const char *option_name(int code) {
 
 /* 0, or the exit code after printing what was expected. */
 static int bad_value(int code, const char *text, const char *expected) {
-    return nsdf_cli_usage_error("--%s %s: expected %s", option_name(code), text, expected);
+    return nsdf_cli_usage_error("--%s: '%s' is not %s", option_name(code), text, expected);
 }
 
 static int set_u32(int code, const char *text, uint32_t *out) {
@@ -138,19 +173,21 @@ static int set_choice(int code, const char *text, const char *names, int *out) {
     size_t length = strlen(text);
     int index = 0;
     for (const char *n = names; n; n = strchr(n, '|'), index++) {
-        if (*n == '|') n++;
+        if (*n == '|')
+            n++;
         if (strncmp(n, text, length) == 0 && (n[length] == '|' || n[length] == '\0') && length > 0) {
             *out = index;
             return 0;
         }
     }
-    return nsdf_cli_usage_error("--%s %s: expected one of %s", option_name(code), text, names);
+    return nsdf_cli_usage_error("--%s: '%s' is none of %s", option_name(code), text, names);
 }
 
 static int set_preset(enc_options *o, const char *text) {
     int preset = 0;
     int failed = set_choice(OPT_PRESET, text, "fast|medium|slow|thesis|temporal", &preset);
-    if (failed) return failed;
+    if (failed)
+        return failed;
     o->preset = text;
     nsdf_encoder_options_init(&o->encoder, preset == 4 ? NSDF_PRESET_MEDIUM : (nsdf_preset)preset);
     return 0;
@@ -161,23 +198,41 @@ static int set_preset(enc_options *o, const char *text) {
 static int apply_general(enc_options *o, int code, const char *text) {
     nsdf_encoder_options *e = &o->encoder;
     switch (code) {
-    case 'o': o->output = text; return 0;
-    case 'q': o->quiet = 1; return 0;
-    case 'v': o->verbose++; return 0;
-    case OPT_PRESET: return 0; /* read before all others */
+    case 'o':
+        o->output = text;
+        return 0;
+    case 'q':
+        o->quiet = 1;
+        return 0;
+    case 'v':
+        o->verbose++;
+        return 0;
+    case OPT_PRESET:
+        return 0; /* read before all others */
     case OPT_FPS:
         return nsdf_cli_parse_rational(text, &e->rate_num, &e->rate_den) == 0
-                   ? 0 : bad_value(code, text, "a positive number or fraction, such as 25 or 60000/1001");
+                   ? 0
+                   : bad_value(code, text, "a rate such as 25, 29.97 or 60000/1001");
     case OPT_FRAME_STEP:
         return nsdf_cli_parse_u32(text, 1, UINT32_MAX, &o->frame_step) == 0
-                   ? 0 : bad_value(code, text, "a whole number, at least 1");
-    case OPT_SHELL: return set_double(code, text, &e->shell);
-    case OPT_RESOLUTION: return set_u32(code, text, &e->resolution);
-    case OPT_REPORT: o->report = text; return 0;
-    case OPT_NO_VERIFY: e->verify = 0; return 0;
-    case OPT_THREADS: return set_u32(code, text, &e->threads);
-    case OPT_SEED: return nsdf_cli_parse_u64(text, &e->seed) == 0 ? 0 : bad_value(code, text, "a whole number");
-    default: return -1;
+                   ? 0
+                   : bad_value(code, text, "a whole number from 1 up");
+    case OPT_SHELL:
+        return set_double(code, text, &e->shell);
+    case OPT_RESOLUTION:
+        return set_u32(code, text, &e->resolution);
+    case OPT_REPORT:
+        o->report = text;
+        return 0;
+    case OPT_NO_VERIFY:
+        e->verify = 0;
+        return 0;
+    case OPT_THREADS:
+        return set_u32(code, text, &e->threads);
+    case OPT_SEED:
+        return nsdf_cli_parse_u64(text, &e->seed) == 0 ? 0 : bad_value(code, text, "a whole number");
+    default:
+        return -1;
     }
 }
 
@@ -192,22 +247,34 @@ static int apply_model(nsdf_encoder_options *e, int code, const char *text, int 
         failed = set_choice(code, text, "sine|relu|tanh", &choice);
         e->activation = (nsdf_model_activation)choice;
         return failed;
-    case OPT_OUTPUT_ACTIVATION: return set_choice(code, text, "identity|tanh", &e->output_tanh);
+    case OPT_OUTPUT_ACTIVATION:
+        return set_choice(code, text, "identity|tanh", &e->output_tanh);
     case OPT_WEIGHTS:
         failed = set_choice(code, text, "constant|spline|low-rank", &choice);
         e->weight_time = (nsdf_tensor_time)choice;
         *weights_given = 1;
         return failed;
-    case OPT_LAYERS: return set_u32(code, text, &e->layers);
-    case OPT_WIDTH: return set_u32(code, text, &e->width);
-    case OPT_KNOT_SPACING: return set_double(code, text, &e->knot_spacing);
-    case OPT_RANK: return set_u32(code, text, &e->rank);
-    case OPT_OMEGA: return set_double(code, text, &e->omega_first);
-    case OPT_OMEGA_HIDDEN: return set_double(code, text, &e->omega_hidden);
-    case OPT_FOURIER_FEATURES: return set_u32(code, text, &e->fourier_features);
-    case OPT_FOURIER_SIGMA: return set_double(code, text, &e->fourier_sigma);
-    case OPT_FOURIER_TRAINED: e->fourier_trained = 1; return 0;
-    default: return -1;
+    case OPT_LAYERS:
+        return set_u32(code, text, &e->layers);
+    case OPT_WIDTH:
+        return set_u32(code, text, &e->width);
+    case OPT_KNOT_SPACING:
+        return set_double(code, text, &e->knot_spacing);
+    case OPT_RANK:
+        return set_u32(code, text, &e->rank);
+    case OPT_OMEGA:
+        return set_double(code, text, &e->omega_first);
+    case OPT_OMEGA_HIDDEN:
+        return set_double(code, text, &e->omega_hidden);
+    case OPT_FOURIER_FEATURES:
+        return set_u32(code, text, &e->fourier_features);
+    case OPT_FOURIER_SIGMA:
+        return set_double(code, text, &e->fourier_sigma);
+    case OPT_FOURIER_TRAINED:
+        e->fourier_trained = 1;
+        return 0;
+    default:
+        return -1;
     }
 }
 
@@ -218,8 +285,10 @@ static int apply_data(nsdf_encoder_options *e, int code, const char *text) {
         failed = set_choice(code, text, "near|rejection", &choice);
         e->sampling = (nsdf_sampling)choice;
         return failed;
-    case OPT_D_HALF: return set_double(code, text, &e->d_half);
-    case OPT_SAMPLES: return set_u32(code, text, &e->samples_per_frame);
+    case OPT_D_HALF:
+        return set_double(code, text, &e->d_half);
+    case OPT_SAMPLES:
+        return set_u32(code, text, &e->samples_per_frame);
     case OPT_TIME_NORM:
         failed = set_choice(code, text, "unit|speed", &choice);
         e->time_norm = (nsdf_time_norm)choice;
@@ -228,7 +297,8 @@ static int apply_data(nsdf_encoder_options *e, int code, const char *text) {
         failed = set_choice(code, text, "diagonal|unit", &choice);
         e->sdf_norm = (nsdf_sdf_norm)choice;
         return failed;
-    default: return -1;
+    default:
+        return -1;
     }
 }
 
@@ -239,14 +309,22 @@ static int apply_fitting(nsdf_encoder_options *e, int code, const char *text) {
         failed = set_choice(code, text, "weighted|mae|surface", &choice);
         e->loss = (nsdf_loss)choice;
         return failed;
-    case OPT_LOSS_D0: return set_double(code, text, &e->loss_d0);
-    case OPT_DELTA: return set_double(code, text, &e->loss_delta);
-    case OPT_SLOPE: return set_double(code, text, &e->loss_slope);
-    case OPT_STEPS: return nsdf_cli_parse_u64(text, &e->steps) == 0 ? 0 : bad_value(code, text, "a whole number");
-    case OPT_LEARNING_RATE: return set_double(code, text, &e->learning_rate);
-    case OPT_BATCH_FRAMES: return set_u32(code, text, &e->batch_frames);
-    case OPT_BATCH_POINTS: return set_u32(code, text, &e->batch_points);
-    case OPT_WEIGHT_BITS: return set_double(code, text, &e->weight_bits);
+    case OPT_LOSS_D0:
+        return set_double(code, text, &e->loss_d0);
+    case OPT_DELTA:
+        return set_double(code, text, &e->loss_delta);
+    case OPT_SLOPE:
+        return set_double(code, text, &e->loss_slope);
+    case OPT_STEPS:
+        return nsdf_cli_parse_u64(text, &e->steps) == 0 ? 0 : bad_value(code, text, "a whole number");
+    case OPT_LEARNING_RATE:
+        return set_double(code, text, &e->learning_rate);
+    case OPT_BATCH_FRAMES:
+        return set_u32(code, text, &e->batch_frames);
+    case OPT_BATCH_POINTS:
+        return set_u32(code, text, &e->batch_points);
+    case OPT_WEIGHT_BITS:
+        return set_double(code, text, &e->weight_bits);
     case OPT_QUANTISER: {
         failed = set_choice(code, text, "minmax|aware", &choice);
         e->quantise_aware = choice;
@@ -256,24 +334,33 @@ static int apply_fitting(nsdf_encoder_options *e, int code, const char *text) {
         failed = set_choice(code, text, "none|deflate|zstd|range", &choice);
         e->entropy = (nsdf_entropy_coder)choice;
         return failed;
-    default: return -1;
+    default:
+        return -1;
     }
 }
 
 static int apply(enc_options *o, int code, const char *text, int *weights_given) {
     int result = apply_general(o, code, text);
-    if (result < 0) result = apply_model(&o->encoder, code, text, weights_given);
-    if (result < 0) result = apply_data(&o->encoder, code, text);
-    if (result < 0) result = apply_fitting(&o->encoder, code, text);
+    if (result < 0)
+        result = apply_model(&o->encoder, code, text, weights_given);
+    if (result < 0)
+        result = apply_data(&o->encoder, code, text);
+    if (result < 0)
+        result = apply_fitting(&o->encoder, code, text);
     return result;
 }
 
 /* ---- The whole line ------------------------------------------------------------------------------------- */
 
+/* getopt leaves 0 in optopt for an unknown long option, and a known one that was given a value it does not take. */
 static int unknown_option(int argc, char **argv) {
     const char *arg = argv[optind - 1 < argc ? optind - 1 : argc - 1];
-    if (optopt > 0 && optopt < 256) return nsdf_cli_usage_error("unknown option '-%c'", optopt);
-    return nsdf_cli_usage_error("unknown option '%s'", arg);
+    if (optopt == 0)
+        return nsdf_cli_usage_error("unknown option '%s'", arg);
+    for (const struct option *o = long_options; o->name; o++)
+        if (o->val == optopt)
+            return nsdf_cli_usage_error("option '--%s' takes no value", o->name);
+    return nsdf_cli_usage_error("unknown option '-%c'", optopt);
 }
 
 /* One pass over the arguments; the first only looks for the preset, whose values the other options then change. */
@@ -282,8 +369,10 @@ static int pass(enc_options *o, int argc, char **argv, int preset_only, int *wei
     opterr = 0;
     for (int code; (code = getopt_long(argc, argv, ":o:qvh", long_options, NULL)) != -1;) {
         int failed = 0;
-        if (code == ':') return nsdf_cli_usage_error("option '%s' needs a value", argv[optind - 1]);
-        if (code == '?') return unknown_option(argc, argv);
+        if (code == ':')
+            return nsdf_cli_usage_error("option '%s' needs a value", argv[optind - 1]);
+        if (code == '?')
+            return unknown_option(argc, argv);
         if (code == 'h') {
             fputs(help_text, stdout);
             return NSDF_CLI_SUCCESS;
@@ -292,10 +381,29 @@ static int pass(enc_options *o, int argc, char **argv, int preset_only, int *wei
             printf("nsdf-enc %s\n", nsdf_version_string());
             return NSDF_CLI_SUCCESS;
         }
-        if (preset_only) failed = code == OPT_PRESET ? set_preset(o, optarg) : 0;
-        else failed = apply(o, code, optarg, weights_given);
-        if (failed) return failed;
+        if (preset_only)
+            failed = code == OPT_PRESET ? set_preset(o, optarg) : 0;
+        else
+            failed = apply(o, code, optarg, weights_given);
+        if (failed)
+            return failed;
     }
+    return -1;
+}
+
+static int ends_in_obj(const char *name) {
+    const size_t length = strlen(name);
+    return length >= 4 && strcasecmp(name + length - 4, ".obj") == 0;
+}
+
+/* "-o frames/" followed by a wildcard makes the first frame the output; it must not be written over. */
+static int check_output(const enc_options *options) {
+    if (!options->output || !*options->output)
+        return nsdf_cli_usage_error("no output: name it with -o OUT.nsdf");
+    if (ends_in_obj(options->output))
+        return nsdf_cli_usage_error("the output '%s' ends in .obj: name an .nsdf file", options->output);
+    if (options->report && strcmp(options->report, options->output) == 0)
+        return nsdf_cli_usage_error("-o and --report name the same file");
     return -1;
 }
 
@@ -306,13 +414,15 @@ int enc_options_parse(enc_options *options, int argc, char **argv) {
     options->preset = "medium";
     nsdf_encoder_options_init(&options->encoder, NSDF_PRESET_MEDIUM);
     int done = pass(options, argc, argv, 1, &weights_given);
-    if (done < 0) done = pass(options, argc, argv, 0, &weights_given);
-    if (done >= 0) return done;
+    if (done < 0)
+        done = pass(options, argc, argv, 0, &weights_given);
+    if (done >= 0)
+        return done;
     options->inputs = (const char *const *)(argv + optind);
     options->input_count = (size_t)(argc - optind);
     if (options->encoder.input != NSDF_MODEL_XYZ && !weights_given)
         options->encoder.weight_time = NSDF_TIME_CONSTANT; /* time is an input already */
-    if (options->input_count == 0) return nsdf_cli_usage_error("no input: name a folder, a pattern or OBJ files");
-    if (!options->output) return nsdf_cli_usage_error("no output: name it with -o OUT.nsdf");
-    return -1;
+    if (options->input_count == 0)
+        return nsdf_cli_usage_error("no input: name a folder, a pattern or OBJ files");
+    return check_output(options);
 }

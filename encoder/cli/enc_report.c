@@ -1,7 +1,5 @@
 #include "enc_report.h"
 
-#include "cli_util.h"
-
 #include <stdarg.h>
 #include <stdio.h>
 #include <string.h>
@@ -14,15 +12,19 @@ static void put(nsdf_cli_file *file, const char *format, ...) {
     va_start(args, format);
     int n = vsnprintf(text, sizeof text, format, args);
     va_end(args);
-    if (n > 0) (void)nsdf_cli_file_write(file, text, (size_t)n < sizeof text ? (size_t)n : sizeof text - 1);
+    if (n > 0)
+        (void)nsdf_cli_file_write(file, text, (size_t)n < sizeof text ? (size_t)n : sizeof text - 1);
 }
 
 static void put_string(nsdf_cli_file *file, const char *text) {
     (void)nsdf_cli_file_write(file, "\"", 1);
     for (const unsigned char *c = (const unsigned char *)text; *c; c++) {
-        if (*c == '"' || *c == '\\') put(file, "\\%c", *c);
-        else if (*c < 0x20) put(file, "\\u%04x", *c);
-        else (void)nsdf_cli_file_write(file, c, 1);
+        if (*c == '"' || *c == '\\')
+            put(file, "\\%c", *c);
+        else if (*c < 0x20)
+            put(file, "\\u%04x", *c);
+        else
+            (void)nsdf_cli_file_write(file, c, 1);
     }
     (void)nsdf_cli_file_write(file, "\"", 1);
 }
@@ -37,18 +39,22 @@ static void put_options(nsdf_cli_file *f, const enc_options *o) {
     put_string(f, o->preset);
     put(f, ", \"fps\": [%u, %u], \"frame_step\": %u, \"seed\": %llu, \"threads\": %u,\n", e->rate_num, e->rate_den,
         o->frame_step, (unsigned long long)e->seed, e->threads);
-    put(f, "    \"input\": \"%s\", \"activation\": \"%s\", \"output_activation\": \"%s\", \"layers\": %u, \"width\": %u,\n",
+    put(f,
+        "    \"input\": \"%s\", \"activation\": \"%s\", \"output_activation\": \"%s\", \"layers\": %u, "
+        "\"width\": %u,\n",
         inputs[e->input], acts[e->activation], e->output_tanh ? "tanh" : "identity", e->layers, e->width);
-    put(f, "    \"weights\": \"%s\", \"knot_spacing\": %.17g, \"rank\": %u, \"omega\": %.17g, \"omega_hidden\": %.17g,\n",
+    put(f,
+        "    \"weights\": \"%s\", \"knot_spacing\": %.17g, \"rank\": %u, \"omega\": %.17g, \"omega_hidden\": %.17g,\n",
         times[e->weight_time], e->knot_spacing, e->rank, e->omega_first, e->omega_hidden);
     put(f, "    \"fourier_features\": %u, \"fourier_sigma\": %.17g, \"fourier_trained\": %s,\n", e->fourier_features,
         e->fourier_sigma, e->fourier_trained ? "true" : "false");
-    put(f, "    \"sampling\": \"%s\", \"d_half\": %.17g, \"time_norm\": \"%s\", \"sdf_norm\": \"%s\", \"shell\": %.17g,\n",
+    put(f,
+        "    \"sampling\": \"%s\", \"d_half\": %.17g, \"time_norm\": \"%s\", \"sdf_norm\": \"%s\", \"shell\": %.17g,\n",
         e->sampling == NSDF_SAMPLE_REJECTION ? "rejection" : "near", e->d_half,
         e->time_norm == NSDF_TIME_SPEED ? "speed" : "unit", e->sdf_norm == NSDF_SDF_UNIT_RANGE ? "unit" : "diagonal",
         e->shell);
-    put(f, "    \"loss\": \"%s\", \"loss_d0\": %.17g, \"delta\": %.17g, \"slope\": %.17g,\n", losses[e->loss], e->loss_d0,
-        e->loss_delta, e->loss_slope);
+    put(f, "    \"loss\": \"%s\", \"loss_d0\": %.17g, \"delta\": %.17g, \"slope\": %.17g,\n", losses[e->loss],
+        e->loss_d0, e->loss_delta, e->loss_slope);
     put(f, "    \"steps\": %llu, \"batch_frames\": %u, \"batch_points\": %u, \"learning_rate\": %.17g,\n",
         (unsigned long long)e->steps, e->batch_frames, e->batch_points, e->learning_rate);
     put(f, "    \"weight_bits\": %.17g, \"quantiser\": \"%s\", \"entropy\": \"%s\", \"resolution\": %u\n  },\n",
@@ -56,8 +62,9 @@ static void put_options(nsdf_cli_file *f, const enc_options *o) {
 }
 
 static void put_result(nsdf_cli_file *f, const nsdf_encoder_stats *s, int interrupted) {
-    put(f, "  \"input\": {\"frames\": %u, \"triangles\": %llu, \"open_frames\": %u, \"open_edges\": %llu, "
-           "\"reversed_frames\": %u, \"diagonal\": %.17g},\n",
+    put(f,
+        "  \"input\": {\"frames\": %u, \"triangles\": %llu, \"open_frames\": %u, \"open_edges\": %llu, "
+        "\"reversed_frames\": %u, \"diagonal\": %.17g},\n",
         s->frames, (unsigned long long)s->triangles, s->open_frames, (unsigned long long)s->open_edges,
         s->reversed_frames, s->diagonal);
     put(f, "  \"fit\": {\"steps\": %llu, \"samples\": %llu, \"error\": %.9g, \"interrupted\": %s},\n",
@@ -79,14 +86,13 @@ static void put_result(nsdf_cli_file *f, const nsdf_encoder_stats *s, int interr
         s->quality.rms_to_input, s->quality.max_to_input);
 }
 
-int enc_report_write(const enc_options *options, const nsdf_encoder_stats *stats, int interrupted) {
-    nsdf_cli_file file;
-    if (nsdf_cli_file_open(&file, options->report) != 0) return -1;
-    put(&file, "{\n  \"version\": \"%s\",\n  \"output\": ", nsdf_version_string());
-    put_string(&file, options->output);
-    put(&file, ",\n");
-    put_options(&file, options);
-    put_result(&file, stats, interrupted);
-    put(&file, "}\n");
-    return nsdf_cli_file_close(&file);
+int enc_report_write(nsdf_cli_file *file, const enc_options *options, const nsdf_encoder_stats *stats,
+                     int interrupted) {
+    put(file, "{\n  \"version\": \"%s\",\n  \"output\": ", nsdf_version_string());
+    put_string(file, options->output);
+    put(file, ",\n");
+    put_options(file, options);
+    put_result(file, stats, interrupted);
+    put(file, "}\n");
+    return nsdf_cli_file_close(file);
 }

@@ -2,8 +2,8 @@
 #define NSDF_REF_H
 
 /* A second decoder of .nsdf files, written from spec/nsdf-bitstream.md alone and sharing no code with the library. It
- * is slow, holds a whole file at once and refuses a file at its first fault; tests compare the library with it. The
- * numbers in comments are sections of that text. */
+ * is slow, holds a whole file at once and refuses a file at its first fault; tests compare the library with it. Of QUAL
+ * and META it checks the place and the CRC only. The numbers in comments are sections of that text. */
 
 #include <stddef.h>
 #include <stdint.h>

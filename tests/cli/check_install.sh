@@ -15,18 +15,15 @@ lines=$(wc -l <"$root/samples/frame_at.c")
 
 prefix=$work/prefix
 cmake --install "$build" --prefix "$prefix" >"$work/install.log" || { cat "$work/install.log"; exit 1; }
-for installed in include/nsdf/decoder.h bin/nsdf-dec bin/nsdf-enc; do
+for installed in include/nsdf/decoder.h bin/nsdf-dec bin/nsdf-enc share/man/man1/nsdf-dec.1 share/man/man1/nsdf-enc.1 \
+    share/man/man3/nsdf.3; do
     [ -f "$prefix/$installed" ] || { echo "$installed was not installed" >&2; exit 1; }
 done
 pc=$(find "$prefix" -name nsdf.pc)
 [ -n "$pc" ] || { echo "nsdf.pc was not installed" >&2; exit 1; }
 PKG_CONFIG_PATH=$(dirname "$pc")
 export PKG_CONFIG_PATH
-# nsdf.pc holds the prefix that was configured; the files are in this one.
-package() {
-    pkg-config "--define-variable=prefix=$prefix" "$@" nsdf
-}
-lib=$(package --variable=libdir)
+lib=$(pkg-config --variable=libdir nsdf)
 [ -f "$lib/libnsdf.so" ] || { echo "nsdf.pc says libdir is $lib, but libnsdf.so is not there" >&2; exit 1; }
 
 # frame_at NAME COMPILER_ARGUMENT...: builds the program; then its output must name a surface.
@@ -40,12 +37,12 @@ frame_at() {
 }
 
 # pkg-config's answer is a list of words.
-read -ra shared < <(package --cflags --libs)
+read -ra shared < <(pkg-config --cflags --libs nsdf)
 frame_at shared "${shared[@]}"
 ldd "$work/shared" | grep -q libnsdf.so || { echo "the shared build does not use libnsdf.so" >&2; exit 1; }
 
 rm -f "$lib"/libnsdf.so*
-read -ra static < <(package --static --cflags --libs)
+read -ra static < <(pkg-config --static --cflags --libs nsdf)
 frame_at static "${static[@]}"
 if ldd "$work/static" | grep -q libnsdf.so; then
     echo "the static build uses libnsdf.so" >&2

@@ -154,6 +154,8 @@ static void list_file_errors_name_the_line(void **state) {
     fwrite("\nPK\0\0\n", 1, 6, file);
     fclose(file);
     assert_failure("w/list.txt", NSDF_CORRUPT, "w/list.txt:2: a zero byte: this is not a list of paths");
+    write_file("w/list.txt", "frame2.obj\nframe\0332.obj\n");
+    assert_failure("w/list.txt", NSDF_CORRUPT, "w/list.txt:2: control characters: this is not a list of paths");
     file = fopen("w/list.txt", "wb");
     for (int i = 0; i < 5000; i++) {
         fputc('x', file);

@@ -30,7 +30,11 @@ typedef enum nsdf_preset {
 } nsdf_preset;
 
 typedef enum nsdf_model_input { NSDF_MODEL_XYZ = 0, NSDF_MODEL_XYZT = 1, NSDF_MODEL_FOURIER = 2 } nsdf_model_input;
-typedef enum nsdf_model_activation { NSDF_MODEL_SINE = 0, NSDF_MODEL_RELU = 1, NSDF_MODEL_TANH = 2 } nsdf_model_activation;
+typedef enum nsdf_model_activation {
+    NSDF_MODEL_SINE = 0,
+    NSDF_MODEL_RELU = 1,
+    NSDF_MODEL_TANH = 2
+} nsdf_model_activation;
 typedef enum nsdf_tensor_time { NSDF_TIME_CONSTANT = 0, NSDF_TIME_SPLINE = 1, NSDF_TIME_LOW_RANK = 2 } nsdf_tensor_time;
 typedef enum nsdf_sampling { NSDF_SAMPLE_NEAR_SURFACE = 0, NSDF_SAMPLE_REJECTION = 1 } nsdf_sampling;
 typedef enum nsdf_loss {
@@ -55,37 +59,37 @@ typedef struct nsdf_encoder_options {
     /* model */
     nsdf_model_input input;
     nsdf_model_activation activation;
-    uint32_t layers, width;      /* hidden layers 1..31, neurons each 1..1024 */
-    nsdf_tensor_time weight_time;        /* of the first layer's weights and the hidden biases; xyz input only */
-    double knot_spacing;         /* frames that were added per spline knot; default 4 */
-    uint32_t rank;               /* of low-rank tensors */
-    double omega_first, omega_hidden;    /* frequencies of sine layers */
-    uint32_t fourier_features;   /* rows of B */
+    uint32_t layers, width;           /* hidden layers 1..31, neurons each 1..1024 */
+    nsdf_tensor_time weight_time;     /* of the first layer's weights and the hidden biases; xyz input only */
+    double knot_spacing;              /* frames that were added per spline knot; default 4 */
+    uint32_t rank;                    /* of low-rank tensors */
+    double omega_first, omega_hidden; /* frequencies of sine layers */
+    uint32_t fourier_features;        /* rows of B */
     double fourier_sigma;
-    int fourier_trained;         /* fit B and store it */
+    int fourier_trained; /* fit B and store it */
     int output_tanh;
     /* data */
     nsdf_sampling sampling;
-    uint32_t samples_per_frame;  /* 0 = chosen from the number of frames */
-    double d_half;               /* d_0.5 of rejection sampling, fraction of the diagonal (thesis 5.2) */
+    uint32_t samples_per_frame; /* 0 = chosen from the number of frames */
+    double d_half;              /* d_0.5 of rejection sampling, fraction of the diagonal (thesis 5.2) */
     nsdf_time_norm time_norm;
     nsdf_sdf_norm sdf_norm;
-    double shell;                /* > 0: the surface is a sheet of this thickness, world units */
+    double shell; /* > 0: the surface is a sheet of this thickness, world units */
     /* fitting */
     nsdf_loss loss;
-    double loss_d0;              /* of the weighted loss, fraction of the diagonal */
-    double loss_delta, loss_slope; /* delta (fraction of the diagonal) and s of the surface-sensitive loss */
-    uint64_t steps;              /* of Adam */
+    double loss_d0;                      /* of the weighted loss, fraction of the diagonal */
+    double loss_delta, loss_slope;       /* delta (fraction of the diagonal) and s of the surface-sensitive loss */
+    uint64_t steps;                      /* of Adam */
     uint32_t batch_frames, batch_points; /* each step: so many frames, so many points of each */
     double learning_rate;
     /* coding */
-    double weight_bits;          /* 4..16: levels per tensor are about 2^bits; 32 = float32 */
-    int quantise_aware;          /* rounding simulated in the last part of fitting; 0 = the thesis's min-max
-                                    quantiser, applied afterwards (4.13, 4.14) */
+    double weight_bits; /* 4..16: levels per tensor are about 2^bits; 32 = float32 */
+    int quantise_aware; /* rounding simulated in the last part of fitting; 0 = the thesis's min-max
+                           quantiser, applied afterwards (4.13, 4.14) */
     nsdf_entropy_coder entropy;
     /* output */
-    uint32_t resolution;         /* stored default resolution; default 192 */
-    int verify;                  /* decode the file, measure and store its error; default on */
+    uint32_t resolution; /* stored default resolution; default 192 */
+    int verify;          /* decode the file, measure and store its error; default on */
 } nsdf_encoder_options;
 
 /* Sets every field for a preset. */
@@ -123,11 +127,11 @@ typedef enum nsdf_stage {
 
 typedef struct nsdf_progress {
     nsdf_stage stage;
-    double fraction;    /* of the stage, 0 to 1 */
-    double elapsed;     /* seconds since nsdf_encoder_run began */
-    double error;       /* fitting: running mean |f - d| near the surface, fraction of the diagonal */
+    double fraction; /* of the stage, 0 to 1 */
+    double elapsed;  /* seconds since nsdf_encoder_run began */
+    double error;    /* fitting: running mean |f - d| near the surface, fraction of the diagonal */
     double samples_per_second;
-    double eta;         /* seconds left of the stage; < 0 unknown */
+    double eta; /* seconds left of the stage; < 0 unknown */
 } nsdf_progress;
 
 /* What a progress callback answers. */
@@ -148,20 +152,20 @@ NSDF_API NSDF_MUST_USE nsdf_status nsdf_encoder_write(nsdf_encoder *encoder,
                                                       void *user, nsdf_encoder_error *error);
 
 typedef struct nsdf_encoder_stats {
-    uint32_t frames;             /* added */
-    uint32_t nominal_frames;     /* in the file, those left out included */
-    uint64_t triangles;          /* in all frames */
-    uint64_t open_edges;         /* boundary and non-manifold edges in all frames */
-    uint32_t open_frames;        /* frames that are not closed: signs by winding number */
-    uint32_t reversed_frames;    /* frames whose triangles faced inward and were turned round */
-    double diagonal;             /* world units */
+    uint32_t frames;          /* added */
+    uint32_t nominal_frames;  /* in the file, those left out included */
+    uint64_t triangles;       /* in all frames */
+    uint64_t open_edges;      /* boundary and non-manifold edges in all frames */
+    uint32_t open_frames;     /* frames that are not closed: signs by winding number */
+    uint32_t reversed_frames; /* frames whose triangles faced inward and were turned round */
+    double diagonal;          /* world units */
     uint64_t parameters;
-    uint64_t file_size;          /* bytes */
-    uint64_t steps, samples;     /* Adam steps made; points seen */
-    double fit_error;            /* as nsdf_progress.error at the end */
-    double bound;                /* extraction bound stored in the file */
-    uint32_t stray_pieces;       /* connected pieces of the decoded frames that lie more than 1e-2 of the diagonal from
-                                    the input, over all frames; 0 in a good file */
+    uint64_t file_size;      /* bytes */
+    uint64_t steps, samples; /* Adam steps made; points seen */
+    double fit_error;        /* as nsdf_progress.error at the end */
+    double bound;            /* extraction bound stored in the file */
+    uint32_t stray_pieces;   /* connected pieces of the decoded frames that lie more than 1e-2 of the diagonal from
+                                the input, over all frames; 0 in a good file */
     double seconds_sample, seconds_fit, seconds_code, seconds_verify;
     nsdf_quality quality;
 } nsdf_encoder_stats;

@@ -6,4 +6,8 @@ fails 2 --fps nsdf-enc --fps -3 -o a.nsdf fixture/frames
 fails 2 --preset nsdf-enc --preset warp -o a.nsdf fixture/frames
 fails 2 --entropy nsdf-enc --entropy zip -o a.nsdf fixture/frames
 fails 2 layers nsdf-enc --layers 99 -o a.nsdf fixture/frames
+fails 2 'takes no value' nsdf-enc --no-verify=1 -o a.nsdf fixture/frames
+# A wildcard behind -o must not write over the first frame.
+fails 2 'ends in .obj' nsdf-enc -o fixture/frames/*.obj
+fails 2 'same file' nsdf-enc --report a.nsdf -o a.nsdf fixture/frames
 no_leftovers . fixture

@@ -1,0 +1,355 @@
+/* Writes the golden files: make_golden FOLDER, where FOLDER has the folders ok and error.  See tests/golden/README.md.
+ *
+ * What a decoder must find is not taken from the decoder: the values come from the slow evaluation in make_file.h, the
+ * statuses from the specification (section "Limits and errors"). */
+#include <stdio.h>
+
+#include "make_file.h"
+#include "nsdf/decoder.h"
+
+enum { POINTS = 64, LAYERS = 3, WIDTH = 12, RAW_WIDTH = 6, SEED = 1 };
+
+/* Where things are in a file of one segment (spec, sections 4 to 9). */
+enum {
+    HEAD_AT = NSDF_PREAMBLE_SIZE,
+    HEAD_PAYLOAD_AT = HEAD_AT + NSDF_CHUNK_HEADER_SIZE,
+    INDEX_AT = HEAD_AT + NSDF_HEADER_PAYLOAD_SIZE + NSDF_CHUNK_OVERHEAD,
+    INDEX_PAYLOAD_AT = INDEX_AT + NSDF_CHUNK_HEADER_SIZE,
+    NOTES_AT = INDEX_AT + 8 + NSDF_INDEX_ENTRY_SIZE + NSDF_CHUNK_OVERHEAD,
+    OFFSET_IN_ENTRY = 8,
+    HASH_IN_ENTRY = 24
+};
+
+static size_t segment_at(const made_file *file) {
+    return (size_t)file->entries[0].offset;
+}
+
+static size_t part_at(const made_file *file) {
+    return segment_at(file) + NSDF_CHUNK_HEADER_SIZE + 4;
+}
+
+/* ---- Editing bytes -------------------------------------------------------------------------------------- */
+
+static void store(uint8_t *at, uint64_t value, int bytes) {
+    for (int i = 0; i < bytes; i++)
+        at[i] = (uint8_t)(value >> 8 * i);
+}
+
+static uint64_t load(const uint8_t *at, int bytes) {
+    uint64_t value = 0;
+    for (int i = 0; i < bytes; i++)
+        value |= (uint64_t)at[i] << 8 * i;
+    return value;
+}
+
+/* Makes the CRC of the chunk right again. */
+static void mend(made_file *file, size_t chunk) {
+    const size_t covered = NSDF_CHUNK_HEADER_SIZE + (size_t)load(file->data + chunk + 8, 8);
+    store(file->data + chunk + covered, nsdf_crc32(0, file->data + chunk, covered), 4);
+}
+
+static void mend_preamble(made_file *file) {
+    store(file->data + 12, nsdf_crc32(0, file->data, 12), 4);
+}
+
+static void insert(made_file *file, size_t at, const void *bytes, size_t count) {
+    uint8_t *grown = realloc(file->data, file->size + count);
+    assert(grown);
+    memmove(grown + at + count, grown + at, file->size - at);
+    memcpy(grown + at, bytes, count);
+    file->data = grown;
+    file->size += count;
+}
+
+/* Puts a chunk that nobody knows at `at`, and tells the index. */
+static void insert_chunk(made_file *file, size_t at, uint32_t type, uint32_t flags) {
+    nsdf_buffer chunk = {NULL, 0, 0, 0};
+    uint8_t *offset;
+    nsdf_write_chunk(&chunk, type, flags, "of another time", 15);
+    insert(file, at, chunk.data, chunk.size);
+    store(file->data + INDEX_PAYLOAD_AT, file->size, 8);
+    offset = file->data + INDEX_PAYLOAD_AT + 8 + OFFSET_IN_ENTRY;
+    if (load(offset, 8) >= at)
+        store(offset, load(offset, 8) + chunk.size, 8);
+    mend(file, INDEX_AT);
+    nsdf_buffer_free(&chunk);
+}
+
+/* ---- Output --------------------------------------------------------------------------------------------- */
+
+static FILE *create(const char *folder, const char *kind, const char *name, const char *ending) {
+    char path[1024];
+    snprintf(path, sizeof path, "%s/%s/%s%s", folder, kind, name, ending);
+    FILE *file = fopen(path, "wb");
+    if (!file) {
+        fprintf(stderr, "make_golden: cannot write %s\n", path);
+        exit(1);
+    }
+    return file;
+}
+
+static void write_bytes(const char *folder, const char *kind, const char *name, const made_file *file) {
+    FILE *out = create(folder, kind, name, ".nsdf");
+    fwrite(file->data, 1, file->size, out);
+    if (fclose(out) != 0)
+        exit(1);
+}
+
+/* ---- Files that decode ---------------------------------------------------------------------------------- */
+
+static uint64_t hash_of(const made_file *file) {
+    uint64_t hash = NSDF_HASH_START;
+    if (file->header.segment_count == 1)
+        return file->entries[0].parameter_hash;
+    for (uint32_t i = 0; i < file->header.segment_count; i++) {
+        uint8_t bytes[8];
+        store(bytes, file->entries[i].parameter_hash, 8);
+        hash = nsdf_hash64(hash, bytes, sizeof bytes);
+    }
+    return hash;
+}
+
+static double time_of(const nsdf_file_header *header, uint32_t frame) {
+    return (double)((uint64_t)frame * header->rate_den) / header->rate_num;
+}
+
+/* Signed distance in world units (spec, sections 2 and 11). */
+static double value_at(const made_file *file, double t, const double world[3]) {
+    uint32_t s = 0;
+    while (s + 1 < file->header.segment_count && t >= time_of(&file->header, file->entries[s].last_frame))
+        s++;
+    const double start = time_of(&file->header, file->entries[s].first_frame);
+    const double end = time_of(&file->header, file->entries[s].last_frame);
+    double normalised[3];
+    for (int a = 0; a < 3; a++)
+        normalised[a] = (world[a] - file->header.centre[a]) / file->header.scale;
+    return file->header.scale *
+           reference_value(&file->desc[s], file->values[s], (t - start) / (end - start), normalised);
+}
+
+/* Coordinates and times of few digits; the first and the last time are the ends of the sequence. */
+static void write_points(FILE *out, const made_file *file) {
+    const nsdf_file_header *h = &file->header;
+    const double duration = time_of(h, h->frame_count - 1);
+    uint64_t random = SEED;
+    for (int i = 0; i < POINTS; i++) {
+        const double t = i + 1 == POINTS ? duration : floor(64.0 * duration * i / (POINTS - 1)) / 64.0;
+        double world[3];
+        for (int a = 0; a < 3; a++) {
+            const double middle = 0.5 * ((double)h->domain_min[a] + (double)h->domain_max[a]);
+            const double half = 0.48 * ((double)h->domain_max[a] - (double)h->domain_min[a]);
+            const double p = h->centre[a] + h->scale * (middle + half * make_uniform(&random));
+            world[a] = floor(64.0 * p) / 64.0;
+        }
+        fprintf(out, "point %.17g %.9g %.9g %.9g %.9f\n", t, world[0], world[1], world[2], value_at(file, t, world));
+    }
+}
+
+static void write_ok(const char *folder, const char *name, made_file *file) {
+    write_bytes(folder, "ok", name, file);
+    FILE *out = create(folder, "ok", name, ".expect");
+    for (uint32_t i = 0; i < file->header.segment_count; i++) {
+        if (file->desc[i].entropy == NSDF_ENTROPY_DEFLATE)
+            fprintf(out, "needs deflate\n");
+        if (file->desc[i].entropy == NSDF_ENTROPY_ZSTD)
+            fprintf(out, "needs zstd\n");
+    }
+    fprintf(out, "hash %016llx\nscale %.17g\n", (unsigned long long)hash_of(file), file->header.scale);
+    write_points(out, file);
+    if (fclose(out) != 0)
+        exit(1);
+    free_file(file);
+}
+
+static void make_raw_file(made_file *file) {
+    nsdf_buffer payload = {NULL, 0, 0, 0};
+    uint64_t random = SEED;
+    memset(file, 0, sizeof *file);
+    nsdf_network_desc *desc = &file->desc[0];
+    make_network(desc, MAKE_SPLINE, LAYERS, RAW_WIDTH, NSDF_ENTROPY_NONE);
+    for (uint32_t t = 0; t < desc->tensor_count; t++)
+        for (uint32_t k = 0; k < desc->tensors[t].array_count; k++) {
+            nsdf_array_desc *array = &desc->tensors[t].arrays[k];
+            array->quantiser = NSDF_QUANT_RAW;
+            array->step = array->offset = 0.0f;
+        }
+    make_segment_of(file, 0, &random, &payload);
+    make_container(file, 1, &payload);
+}
+
+/* Between INDX and QUAL, before the segment and behind it, with reserved flags set. */
+static void make_file_with_unknown_chunks(made_file *file) {
+    const uint32_t reserved = 0x80000002u;
+    make_sized_file(file, 1, MAKE_SPLINE, NSDF_ENTROPY_RANGE, LAYERS, WIDTH, SEED);
+    insert_chunk(file, segment_at(file) + (size_t)file->entries[0].size, NSDF_CHUNK('L', 'A', 'S', 'T'), 0);
+    insert_chunk(file, segment_at(file), NSDF_CHUNK('x', '0', '1', 'y'), reserved);
+    insert_chunk(file, NOTES_AT, NSDF_CHUNK('A', 'N', 'C', 'I'), reserved);
+}
+
+static void make_ok_files(const char *folder) {
+    static const struct {
+        const char *name;
+        uint32_t segments;
+        int shape;
+        nsdf_entropy_kind entropy;
+    } plain[] = {
+        {"spline_none", 1, MAKE_SPLINE, NSDF_ENTROPY_NONE},
+        {"spline_deflate", 1, MAKE_SPLINE, NSDF_ENTROPY_DEFLATE},
+        {"spline_zstd", 1, MAKE_SPLINE, NSDF_ENTROPY_ZSTD},
+        {"spline_range", 1, MAKE_SPLINE, NSDF_ENTROPY_RANGE},
+        {"low_rank", 1, MAKE_LOW_RANK, NSDF_ENTROPY_RANGE},
+        {"time_relu_tanh", 1, MAKE_TIME, NSDF_ENTROPY_RANGE},
+        {"fourier_seed", 1, MAKE_FOURIER_SEED, NSDF_ENTROPY_RANGE},
+        {"fourier_stored", 1, MAKE_FOURIER_STORED, NSDF_ENTROPY_RANGE},
+        {"two_segments", 2, MAKE_SPLINE, NSDF_ENTROPY_RANGE}, /* the second: xyzt, without a back end */
+    };
+    made_file file;
+    for (size_t i = 0; i < sizeof plain / sizeof *plain; i++) {
+        make_sized_file(&file, plain[i].segments, plain[i].shape, plain[i].entropy, LAYERS, WIDTH, SEED);
+        write_ok(folder, plain[i].name, &file);
+    }
+    make_raw_file(&file);
+    write_ok(folder, "raw_float32", &file);
+    make_file_with_unknown_chunks(&file);
+    write_ok(folder, "unknown_chunks", &file);
+}
+
+/* ---- Files that are refused ----------------------------------------------------------------------------- */
+
+static void empty(made_file *file) {
+    file->size = 0;
+}
+
+static void text(made_file *file) {
+    file->size = (size_t)snprintf((char *)file->data, file->size, "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
+}
+
+/* What a transfer as text makes of the signature: CR LF becomes LF. */
+static void line_ends(made_file *file) {
+    memmove(file->data + 5, file->data + 6, --file->size - 5);
+}
+
+static void newer_major(made_file *file) {
+    file->data[9]++; /* the CRC stays wrong: the version counts first */
+}
+
+static void other_minor(made_file *file) {
+    file->data[10]++;
+    mend_preamble(file);
+}
+
+static void preamble_crc(made_file *file) {
+    file->data[11] ^= 1;
+}
+
+static void head_crc(made_file *file) {
+    file->data[HEAD_PAYLOAD_AT] ^= 1;
+}
+
+static void segment_crc(made_file *file) {
+    file->data[file->size - 30] ^= 1;
+}
+
+static void parameter_hash(made_file *file) {
+    file->data[INDEX_PAYLOAD_AT + 8 + HASH_IN_ENTRY] ^= 1;
+    mend(file, INDEX_AT);
+}
+
+static void unknown_critical_chunk(made_file *file) {
+    insert_chunk(file, NOTES_AT, NSDF_CHUNK('C', 'R', 'I', 'T'), NSDF_CHUNK_CRITICAL);
+}
+
+static void unknown_part(made_file *file) {
+    store(file->data + part_at(file), 99, 2);
+    mend(file, segment_at(file));
+}
+
+static void cut_in_head(made_file *file) {
+    file->size = HEAD_PAYLOAD_AT + 40;
+}
+
+static void cut_in_segment(made_file *file) {
+    file->size = segment_at(file) + 100;
+}
+
+static void cut_before_the_end(made_file *file) {
+    file->size--;
+}
+
+static void bytes_behind_the_end(made_file *file) {
+    insert(file, file->size, "\n", 1);
+}
+
+static void rate_zero(made_file *file) {
+    store(file->data + HEAD_PAYLOAD_AT, 0, 4);
+    mend(file, HEAD_AT);
+}
+
+static void box_not_a_number(made_file *file) {
+    store(file->data + HEAD_PAYLOAD_AT + 16, UINT64_C(0x7ff8000000000000), 8);
+    mend(file, HEAD_AT);
+}
+
+/* Input 7: the first byte of the part's description. */
+static void unknown_input(made_file *file) {
+    file->data[part_at(file) + 12] = 7;
+    mend(file, segment_at(file));
+}
+
+static void segment_inside_the_index(made_file *file) {
+    store(file->data + INDEX_PAYLOAD_AT + 8 + OFFSET_IN_ENTRY, INDEX_AT, 8);
+    mend(file, INDEX_AT);
+}
+
+static void make_error_files(const char *folder) {
+    static const struct {
+        const char *name;
+        void (*damage)(made_file *file);
+        nsdf_status status;
+    } cases[] = {
+        {"empty", empty, NSDF_TRUNCATED},
+        {"text", text, NSDF_NOT_NSDF},
+        {"line_ends", line_ends, NSDF_NOT_NSDF},
+        {"newer_major", newer_major, NSDF_UNSUPPORTED_VERSION},
+        {"other_minor", other_minor, NSDF_UNSUPPORTED_VERSION},
+        {"preamble_crc", preamble_crc, NSDF_CHECKSUM},
+        {"head_crc", head_crc, NSDF_CHECKSUM},
+        {"segment_crc", segment_crc, NSDF_CHECKSUM},
+        {"parameter_hash", parameter_hash, NSDF_CHECKSUM},
+        {"unknown_critical_chunk", unknown_critical_chunk, NSDF_UNSUPPORTED_FEATURE},
+        {"unknown_part", unknown_part, NSDF_UNSUPPORTED_FEATURE},
+        {"cut_in_head", cut_in_head, NSDF_TRUNCATED},
+        {"cut_in_segment", cut_in_segment, NSDF_TRUNCATED},
+        {"cut_before_the_end", cut_before_the_end, NSDF_TRUNCATED},
+        {"bytes_behind_the_end", bytes_behind_the_end, NSDF_CORRUPT},
+        {"rate_zero", rate_zero, NSDF_CORRUPT},
+        {"box_not_a_number", box_not_a_number, NSDF_CORRUPT},
+        {"unknown_input", unknown_input, NSDF_CORRUPT},
+        {"segment_inside_the_index", segment_inside_the_index, NSDF_CORRUPT},
+    };
+    for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+        made_file file;
+        make_sized_file(&file, 1, MAKE_SPLINE, NSDF_ENTROPY_RANGE, 2, 3, SEED);
+        cases[i].damage(&file);
+        write_bytes(folder, "error", cases[i].name, &file);
+        FILE *out = create(folder, "error", cases[i].name, ".expect");
+        fprintf(out, "status %d\n", (int)cases[i].status);
+        if (fclose(out) != 0)
+            exit(1);
+        free_file(&file);
+    }
+}
+
+int main(int argc, char **argv) {
+    if (argc != 2) {
+        fprintf(stderr, "usage: make_golden FOLDER\n");
+        return 2;
+    }
+    if (!nsdf_entropy_available(NSDF_ENTROPY_DEFLATE) || !nsdf_entropy_available(NSDF_ENTROPY_ZSTD)) {
+        fprintf(stderr, "make_golden: needs a build with zlib and zstd\n");
+        return 1;
+    }
+    make_ok_files(argv[1]);
+    make_error_files(argv[1]);
+    return 0;
+}
