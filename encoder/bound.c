@@ -20,14 +20,15 @@ typedef struct {
 
 int nsdf_check_progress(const nsdf_check_job *job, nsdf_stage stage, double began, uint32_t done, uint32_t count) {
     double spent = nsdf_clock() - began, fraction = (double)done / (double)count;
-    nsdf_progress p = {stage, fraction, nsdf_clock() - job->start_time, 0.0, 0.0,
-                       done ? spent * (1.0 - fraction) / fraction : -1.0};
+    nsdf_progress p = {stage, fraction, nsdf_clock() - job->start_time,
+                       0.0,   0.0,      done ? spent * (1.0 - fraction) / fraction : -1.0};
     return job->progress && job->progress(job->progress_user, &p) == NSDF_ABORT;
 }
 
 static int create_grid(grid *g, const nsdf_file_header *header) {
     double longest = 0.0;
-    for (int k = 0; k < 3; k++) longest = fmax(longest, (double)(header->domain_max[k] - header->domain_min[k]));
+    for (int k = 0; k < 3; k++)
+        longest = fmax(longest, (double)(header->domain_max[k] - header->domain_min[k]));
     g->h = longest / BOUND_RESOLUTION;
     g->count = 1;
     for (int k = 0; k < 3; k++) {
@@ -39,7 +40,8 @@ static int create_grid(grid *g, const nsdf_file_header *header) {
     }
     g->xyz = malloc(3 * g->count * sizeof(float));
     g->value = malloc(g->count * sizeof(float));
-    if (!g->xyz || !g->value) return -1;
+    if (!g->xyz || !g->value)
+        return -1;
     for (size_t i = 0; i < g->count; i++) {
         size_t at[3] = {i % g->nodes[0], i / g->nodes[0] % g->nodes[1], i / g->nodes[0] / g->nodes[1]};
         for (int k = 0; k < 3; k++) {
@@ -59,12 +61,15 @@ static void free_grid(grid *g) {
 static int sign_changes(const grid *g, const uint32_t at[3], uint32_t size) {
     int negative = 0, positive = 0;
     uint32_t end[3];
-    for (int k = 0; k < 3; k++) end[k] = at[k] + size < g->nodes[k] ? at[k] + size : g->nodes[k] - 1;
+    for (int k = 0; k < 3; k++)
+        end[k] = at[k] + size < g->nodes[k] ? at[k] + size : g->nodes[k] - 1;
     for (uint32_t z = at[2]; z <= end[2]; z++)
         for (uint32_t y = at[1]; y <= end[1]; y++) {
             const float *row = g->value + ((size_t)z * g->nodes[1] + y) * g->nodes[0];
-            for (uint32_t x = at[0]; x <= end[0]; x++) *(row[x] < 0.0f ? &negative : &positive) = 1;
-            if (negative && positive) return 1;
+            for (uint32_t x = at[0]; x <= end[0]; x++)
+                *(row[x] < 0.0f ? &negative : &positive) = 1;
+            if (negative && positive)
+                return 1;
         }
     return 0;
 }
@@ -76,9 +81,11 @@ static double needed_bound(const grid *g, uint32_t size) {
     for (at[2] = 0; at[2] + size / 2 < g->nodes[2]; at[2] += size)
         for (at[1] = 0; at[1] + size / 2 < g->nodes[1]; at[1] += size)
             for (at[0] = 0; at[0] + size / 2 < g->nodes[0]; at[0] += size) {
-                size_t centre = ((size_t)(at[2] + size / 2) * g->nodes[1] + at[1] + size / 2) * g->nodes[0] + at[0] + size / 2;
+                size_t centre =
+                    ((size_t)(at[2] + size / 2) * g->nodes[1] + at[1] + size / 2) * g->nodes[0] + at[0] + size / 2;
                 double needed = fabs((double)g->value[centre]) / half_diagonal;
-                if (needed > most && sign_changes(g, at, size)) most = needed;
+                if (needed > most && sign_changes(g, at, size))
+                    most = needed;
             }
     return most;
 }
@@ -90,10 +97,14 @@ static nsdf_status measure(const nsdf_check_job *job, nsdf_decoder *decoder, gri
     for (uint32_t i = 0; i < count; i++) {
         double t = 0.0;
         nsdf_status status = nsdf_frame_time(decoder, job->frames->frames[i].number - first, &t);
-        if (status == NSDF_OK) status = nsdf_evaluate(decoder, t, g->xyz, g->count, g->value, NULL);
-        if (status != NSDF_OK) return nsdf_encoder_fail(error, status, "bound: %s", nsdf_status_string(status));
-        for (size_t k = 0; k < g->count; k++) g->value[k] = (float)((double)g->value[k] * inverse);
-        for (uint32_t size = 2; size <= LARGEST_CUBE; size *= 2) *bound = fmax(*bound, needed_bound(g, size));
+        if (status == NSDF_OK)
+            status = nsdf_evaluate(decoder, t, g->xyz, g->count, g->value, NULL);
+        if (status != NSDF_OK)
+            return nsdf_encoder_fail(error, status, "bound: %s", nsdf_status_string(status));
+        for (size_t k = 0; k < g->count; k++)
+            g->value[k] = (float)((double)g->value[k] * inverse);
+        for (uint32_t size = 2; size <= LARGEST_CUBE; size *= 2)
+            *bound = fmax(*bound, needed_bound(g, size));
         if (nsdf_check_progress(job, NSDF_STAGE_BOUND, began, i + 1, 2 * count))
             return nsdf_encoder_fail(error, NSDF_CANCELLED, "cancelled");
     }
@@ -111,8 +122,10 @@ static nsdf_status hash_at(nsdf_decoder *decoder, double t, int dense, nsdf_mesh
     options.projection = 0;
     options.dense = (uint32_t)dense;
     nsdf_status status = nsdf_extract_mesh(decoder, t, &options, mesh);
-    if (status == NSDF_OK) status = nsdf_mesh_get_view(*mesh, &view);
-    if (status == NSDF_OK) *hash = nsdf_mesh_hash(&view);
+    if (status == NSDF_OK)
+        status = nsdf_mesh_get_view(*mesh, &view);
+    if (status == NSDF_OK)
+        *hash = nsdf_mesh_hash(&view);
     return status;
 }
 
@@ -128,10 +141,13 @@ static nsdf_status compare(const nsdf_check_job *job, nsdf_decoder *decoder, uin
         double t = 0.0;
         uint64_t sparse = 0, dense = 0;
         status = nsdf_frame_time(decoder, job->frames->frames[i].number - first, &t);
-        if (status == NSDF_OK) status = hash_at(decoder, t, 0, &mesh, &sparse);
-        if (status == NSDF_OK) status = hash_at(decoder, t, 1, &mesh, &dense);
+        if (status == NSDF_OK)
+            status = hash_at(decoder, t, 0, &mesh, &sparse);
+        if (status == NSDF_OK)
+            status = hash_at(decoder, t, 1, &mesh, &dense);
         *different += sparse != dense;
-        if (nsdf_check_progress(job, NSDF_STAGE_BOUND, began, count + i + 1, 2 * count)) status = NSDF_CANCELLED;
+        if (nsdf_check_progress(job, NSDF_STAGE_BOUND, began, count + i + 1, 2 * count))
+            status = NSDF_CANCELLED;
     }
     nsdf_mesh_free(&mesh);
     return status == NSDF_OK ? status : nsdf_encoder_fail(error, status, "bound: %s", nsdf_status_string(status));
@@ -149,10 +165,12 @@ static nsdf_status compare_with_bound(const nsdf_check_job *job, const nsdf_buff
     nsdf_write_header(&payload, &header);
     nsdf_write_chunk(&copy, NSDF_CHUNK_HEAD, NSDF_CHUNK_CRITICAL, payload.data, payload.size);
     nsdf_buffer_append(&copy, file->data + after, file->size - after);
-    nsdf_status status = copy.failed || payload.failed ? NSDF_NO_MEMORY
-                                                       : nsdf_open_memory(&decoder, copy.data, copy.size, NULL, NULL);
-    if (status == NSDF_OK) status = compare(job, decoder, different, error);
-    else (void)nsdf_encoder_fail(error, status, "bound: %s", nsdf_status_string(status));
+    nsdf_status status =
+        copy.failed || payload.failed ? NSDF_NO_MEMORY : nsdf_open_memory(&decoder, copy.data, copy.size, NULL, NULL);
+    if (status == NSDF_OK)
+        status = compare(job, decoder, different, error);
+    else
+        (void)nsdf_encoder_fail(error, status, "bound: %s", nsdf_status_string(status));
     nsdf_close(&decoder);
     nsdf_buffer_free(&copy);
     nsdf_buffer_free(&payload);
@@ -166,17 +184,22 @@ nsdf_status nsdf_measure_bound(const nsdf_check_job *job, const nsdf_buffer *fil
     double needed = 0.0;
     memset(&g, 0, sizeof g);
     nsdf_status status = nsdf_open_memory(&decoder, file->data, file->size, NULL, NULL);
-    if (status != NSDF_OK) return nsdf_encoder_fail(error, status, "bound: %s", nsdf_status_string(status));
-    if (create_grid(&g, job->header) != 0) status = nsdf_encoder_fail(error, NSDF_NO_MEMORY, "out of memory");
-    else status = measure(job, decoder, &g, &needed, error);
+    if (status != NSDF_OK)
+        return nsdf_encoder_fail(error, status, "bound: %s", nsdf_status_string(status));
+    if (create_grid(&g, job->header) != 0)
+        status = nsdf_encoder_fail(error, NSDF_NO_MEMORY, "out of memory");
+    else
+        status = measure(job, decoder, &g, &needed, error);
     free_grid(&g);
     nsdf_close(&decoder);
     double b = fmin(fmax(needed * bound_margin, lowest_bound), highest_bound);
     for (uint32_t different = 1; status == NSDF_OK && different > 0;) {
         status = compare_with_bound(job, file, (float)b, &different, error);
-        if (different == 0 || b >= highest_bound) break;
+        if (different == 0 || b >= highest_bound)
+            break;
         b *= 1.25;
     }
-    if (status == NSDF_OK) *bound = (float)b;
+    if (status == NSDF_OK)
+        *bound = (float)b;
     return status;
 }

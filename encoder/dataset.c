@@ -52,14 +52,14 @@ static void sample_one(void *data, uint32_t index, uint32_t worker) {
     if (!(nsdf_surface_area(&frame->surface) > 0.0))
         return;
     c->fault[i] = FAULT_NO_MEMORY;
-    if (nsdf_frame_orient(frame, o->shell > 0.0) != 0)
+    if (nsdf_frame_orient(frame, o->shell > 0.0) != 0 || (!(o->shell > 0.0) && nsdf_frame_find_outer(frame) != 0))
         return;
-    nsdf_sdf *sdf = nsdf_sdf_create(&frame->surface, frame->sign, (float)(o->shell / c->job->header->scale));
+    nsdf_sdf *sdf = nsdf_frame_sdf(frame, (float)(o->shell / c->job->header->scale));
     if (!sdf)
         return;
     nsdf_random random = nsdf_random_start(o->seed, 1000 + (uint64_t)i);
     nsdf_sample_set *set = &c->dataset->sets[i];
-    if (nsdf_sample_frame(sdf, &frame->surface, &c->params, &random, set) == 0)
+    if (nsdf_sample_frame(sdf, nsdf_frame_outer(frame), &c->params, &random, set) == 0)
         c->fault[i] = has_inside(set) ? FAULT_NONE : FAULT_NO_INSIDE;
     nsdf_sdf_free(sdf);
 }

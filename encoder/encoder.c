@@ -14,6 +14,9 @@
 static const double domain_margin = 0.02;
 static const float provisional_bound = 64.0f;
 
+/* While verification finds stray pieces, fitting goes on a little, so many times at the most. */
+enum { MEND_ROUNDS = 3 };
+
 struct nsdf_encoder {
     nsdf_encoder_options options;
     nsdf_frames frames;
@@ -32,6 +35,8 @@ typedef struct {
     nsdf_file_header header;
     nsdf_model model;
     nsdf_dataset dataset;
+    nsdf_fit_result fit;
+    nsdf_sample_set *strays; /* [frame]: what verification found */
     float *parameters;
     nsdf_coded_segment segment;
     double start;
@@ -92,8 +97,9 @@ static nsdf_status prepare(run *r) {
     if (status == NSDF_OK && r->model.parameter_count > NSDF_MAX_PARAMETERS)
         return nsdf_encoder_fail(r->error, NSDF_LIMIT, "the model has %llu parameters, at most %llu are allowed",
                                  (unsigned long long)r->model.parameter_count, (unsigned long long)NSDF_MAX_PARAMETERS);
+    r->strays = calloc(frames->count, sizeof *r->strays);
     r->parameters = malloc(r->model.parameter_count * sizeof(float));
-    if (status == NSDF_OK && (!r->workers || !r->parameters))
+    if (status == NSDF_OK && (!r->workers || !r->parameters || !r->strays))
         return nsdf_encoder_fail(r->error, NSDF_NO_MEMORY, "out of memory");
     return status;
 }
@@ -114,33 +120,49 @@ static nsdf_status sample(run *r) {
     return NSDF_OK;
 }
 
-static nsdf_status fit(run *r) {
-    const nsdf_encoder_options *o = &r->encoder->options;
+static nsdf_fit_job fit_job(run *r) {
+    nsdf_fit_job job = {&r->model,
+                        &r->encoder->options,
+                        r->dataset.sets,
+                        r->dataset.u,
+                        r->dataset.frame_count,
+                        &r->encoder->frames,
+                        &r->header,
+                        r->workers,
+                        r->progress,
+                        r->user,
+                        r->start};
+    return job;
+}
+
+/* Whether fitting, or more of it, came to a usable end. */
+static nsdf_status fitted(run *r, int failed) {
     nsdf_encoder_stats *stats = &r->encoder->stats;
-    nsdf_fit_result result;
-    nsdf_random random = nsdf_random_start(o->seed, 1);
-    nsdf_fit_job job = {
-        &r->model,  o,           r->dataset.sets, r->dataset.u, r->dataset.frame_count, &r->encoder->frames, &r->header,
-        r->workers, r->progress, r->user,         r->start};
-    nsdf_model_initialise(&r->model, &random, r->parameters);
-    if (nsdf_fit_run(&job, r->parameters, &result) != 0)
+    if (failed)
         return nsdf_encoder_fail(r->error, NSDF_NO_MEMORY, "out of memory while fitting");
-    stats->steps = result.steps;
-    stats->samples = result.samples;
-    stats->fit_error = result.near_error;
-    nsdf_dataset_free(&r->dataset);
-    if (result.aborted)
+    stats->steps = r->fit.steps;
+    stats->samples = r->fit.samples;
+    stats->fit_error = r->fit.near_error;
+    if (r->fit.aborted)
         return nsdf_encoder_fail(r->error, NSDF_CANCELLED, "cancelled");
-    if (result.diverged)
+    if (r->fit.diverged)
         return nsdf_encoder_fail(r->error, NSDF_INTERNAL,
                                  "fitting diverged after %llu steps: try a lower learning rate",
-                                 (unsigned long long)result.steps);
+                                 (unsigned long long)r->fit.steps);
     return NSDF_OK;
+}
+
+static nsdf_status fit(run *r) {
+    nsdf_random random = nsdf_random_start(r->encoder->options.seed, 1);
+    nsdf_fit_job job = fit_job(r);
+    nsdf_model_initialise(&r->model, &random, r->parameters);
+    return fitted(r, nsdf_fit_run(&job, r->parameters, &r->fit));
 }
 
 static nsdf_status code(run *r) {
     const nsdf_encoder_options *o = &r->encoder->options;
     nsdf_quantise_params quantise = {o->weight_bits, 1};
+    r->segment.payload.size = 0;
     if (!o->quantise_aware)
         nsdf_choose_quantisers(&r->model, &quantise, r->parameters);
     if (nsdf_code_segment(&r->model, r->parameters, &r->segment) != 0 ||
@@ -167,7 +189,7 @@ static nsdf_status check(run *r, double *seconds_bound) {
         status = nsdf_encoder_fail(r->error, NSDF_NO_MEMORY, "out of memory");
     if (status != NSDF_OK || !e->options.verify)
         return status;
-    status = nsdf_verify_file(&job, r->workers, &e->file, &quality, &e->stats.stray_pieces, r->error);
+    status = nsdf_verify_file(&job, r->workers, &e->file, &quality, &e->stats.stray_pieces, r->strays, r->error);
     if (status == NSDF_OK && nsdf_assemble_file(&r->header, &r->segment, &quality, &e->file) != 0)
         status = nsdf_encoder_fail(r->error, NSDF_NO_MEMORY, "out of memory");
     if (status == NSDF_OK)
@@ -175,9 +197,40 @@ static nsdf_status check(run *r, double *seconds_bound) {
     return status;
 }
 
-static nsdf_status run_stages(run *r) {
+static void forget_strays(run *r) {
+    for (uint32_t i = 0; r->strays && i < r->encoder->frames.count; i++)
+        nsdf_sample_set_free(&r->strays[i]);
+    if (r->strays)
+        memset(r->strays, 0, r->encoder->frames.count * sizeof *r->strays);
+}
+
+static nsdf_status code_and_check(run *r) {
     nsdf_encoder_stats *stats = &r->encoder->stats;
     double began = nsdf_clock(), bound = 0.0;
+    nsdf_status status = code(r);
+    double coded = nsdf_clock() - began;
+    began = nsdf_clock();
+    if (status == NSDF_OK)
+        status = check(r, &bound);
+    stats->seconds_code += coded + bound;
+    stats->seconds_verify += nsdf_clock() - began - bound;
+    return status;
+}
+
+/* Fits a little more where verification found stray pieces, and checks again. */
+static nsdf_status mend(run *r) {
+    nsdf_encoder_stats *stats = &r->encoder->stats;
+    nsdf_fit_job job = fit_job(r);
+    double began = nsdf_clock();
+    nsdf_status status = fitted(r, nsdf_fit_mend(&job, r->strays, r->parameters, &r->fit));
+    stats->seconds_fit += nsdf_clock() - began;
+    forget_strays(r);
+    return status == NSDF_OK ? code_and_check(r) : status;
+}
+
+static nsdf_status run_stages(run *r) {
+    nsdf_encoder_stats *stats = &r->encoder->stats;
+    double began = nsdf_clock();
     nsdf_status status = prepare(r);
     if (status == NSDF_OK)
         status = sample(r);
@@ -186,15 +239,11 @@ static nsdf_status run_stages(run *r) {
     if (status == NSDF_OK)
         status = fit(r);
     stats->seconds_fit = nsdf_clock() - began;
-    began = nsdf_clock();
+    int whole = r->fit.steps >= r->encoder->options.steps; /* not interrupted */
     if (status == NSDF_OK)
-        status = code(r);
-    stats->seconds_code = nsdf_clock() - began;
-    began = nsdf_clock();
-    if (status == NSDF_OK)
-        status = check(r, &bound);
-    stats->seconds_code += bound;
-    stats->seconds_verify = nsdf_clock() - began - bound;
+        status = code_and_check(r);
+    for (int round = 0; status == NSDF_OK && whole && stats->stray_pieces > 0 && round < MEND_ROUNDS; round++)
+        status = mend(r);
     return status;
 }
 
@@ -224,6 +273,8 @@ nsdf_status nsdf_encoder_run(nsdf_encoder *encoder, nsdf_progress_fn progress, v
         encoder->file.size = 0;
     stats->file_size = encoder->file.size;
     nsdf_dataset_free(&r.dataset);
+    forget_strays(&r);
+    free(r.strays);
     nsdf_workers_free(r.workers);
     nsdf_buffer_free(&r.segment.payload);
     free(r.parameters);

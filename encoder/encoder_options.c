@@ -15,7 +15,7 @@ static nsdf_encoder_options common_options(void) {
     o.input = NSDF_MODEL_XYZ;
     o.activation = NSDF_MODEL_SINE;
     o.layers = 3;
-    o.width = 64;
+    o.width = 80;
     o.weight_time = NSDF_TIME_SPLINE;
     o.knot_spacing = 4.0;
     o.rank = 8;
@@ -57,11 +57,11 @@ static void thesis_options(nsdf_encoder_options *o) {
 
 void nsdf_encoder_options_init(nsdf_encoder_options *options, nsdf_preset preset) {
     nsdf_encoder_options o = common_options();
-    o.steps = 20000;
+    o.steps = 16000;
     if (preset == NSDF_PRESET_MEDIUM)
-        o.steps = 60000;
+        o.steps = 40000;
     if (preset == NSDF_PRESET_SLOW) {
-        o.steps = 150000;
+        o.steps = 100000;
         o.width = 128;
         o.learning_rate = 1e-3;
     }

@@ -328,11 +328,21 @@ static int fit_steps(state *s, float *parameters, double began, nsdf_fit_result 
     return NSDF_CONTINUE;
 }
 
-/* Searches, and fits a little more while anything is found. */
-static int repair(state *s, float *parameters, double began, nsdf_fit_result *result) {
+/* A few more steps at a low rate.  Returns the answer of the progress callback. */
+static int extra_steps(state *s, float *parameters, double began, nsdf_fit_result *result) {
     const nsdf_encoder_options *o = s->job->options;
     uint64_t steps = 1 + (uint64_t)(repair_share * (double)o->steps);
-    int rounding = rounding_start(o) != UINT64_MAX;
+    for (uint64_t step = 0; step < steps; step++) {
+        one_step(s, parameters, nsdf_rate_schedule(step, steps, repair_rate * o->learning_rate),
+                 rounding_start(o) != UINT64_MAX);
+        count_step(s, result);
+    }
+    return report(s, o->steps, began, result);
+}
+
+/* Searches, and fits a little more while anything is found. */
+static int repair(state *s, float *parameters, double began, nsdf_fit_result *result) {
+    int rounding = rounding_start(s->job->options) != UINT64_MAX;
     for (int round = 0; round < REPAIR_ROUNDS; round++) {
         if (rounding)
             nsdf_round_parameters(s->job->model, parameters, s->rounded);
@@ -340,15 +350,41 @@ static int repair(state *s, float *parameters, double began, nsdf_fit_result *re
             return -1;
         if (result->strays == 0)
             break;
-        for (uint64_t step = 0; step < steps; step++) {
-            one_step(s, parameters, nsdf_rate_schedule(step, steps, repair_rate * o->learning_rate), rounding);
-            count_step(s, result);
-        }
-        int answer = report(s, o->steps, began, result);
+        int answer = extra_steps(s, parameters, began, result);
         if (answer != NSDF_CONTINUE)
             return answer;
     }
     return NSDF_CONTINUE;
+}
+
+static int preload_strays(state *s, const nsdf_sample_set *strays) {
+    for (uint32_t f = 0; f < s->job->frame_count; f++) {
+        if (strays[f].count == 0)
+            continue;
+        if (nsdf_stray_room(&s->stray[f]) != 0)
+            return -1;
+        for (size_t i = 0; i < strays[f].count && s->stray[f].count < NSDF_MOST_HARD; i++) {
+            size_t to = s->stray[f].count++;
+            s->stray[f].x[to] = strays[f].x[i];
+            s->stray[f].y[to] = strays[f].y[i];
+            s->stray[f].z[to] = strays[f].z[i];
+            s->stray[f].d[to] = strays[f].d[i];
+        }
+    }
+    return 0;
+}
+
+int nsdf_fit_mend(const nsdf_fit_job *job, const nsdf_sample_set *strays, float *parameters, nsdf_fit_result *result) {
+    state s;
+    int failed = create_state(&s, job) != 0 || preload_strays(&s, strays) != 0;
+    s.near_error = result->near_error;
+    if (!failed)
+        failed = find_strays(&s, parameters, REPAIR_RESOLUTION, result) != 0;
+    if (!failed)
+        (void)extra_steps(&s, parameters, nsdf_clock(), result);
+    result->near_error = s.near_error;
+    free_state(&s);
+    return failed ? -1 : 0;
 }
 
 int nsdf_fit_run(const nsdf_fit_job *job, float *parameters, nsdf_fit_result *result) {

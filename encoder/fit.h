@@ -9,17 +9,17 @@
 #include "workers.h"
 
 typedef struct nsdf_fit_job {
-    nsdf_model *model;              /* quantisers are set here when fitting is quantisation-aware */
+    nsdf_model *model; /* quantisers are set here when fitting is quantisation-aware */
     const nsdf_encoder_options *options;
     const nsdf_sample_set *samples; /* [frame_count] */
     const double *u;                /* [frame_count]: time of each frame in [0, 1] */
     uint32_t frame_count;
-    const nsdf_frames *frames;      /* normalised: what the samples were made of */
+    const nsdf_frames *frames; /* normalised: what the samples were made of */
     const nsdf_file_header *header;
     nsdf_workers *workers;
     nsdf_progress_fn progress;
     void *progress_user;
-    double start_time;              /* nsdf_clock() when the run began */
+    double start_time; /* nsdf_clock() when the run began */
 } nsdf_fit_job;
 
 typedef struct nsdf_fit_result {
@@ -32,6 +32,10 @@ typedef struct nsdf_fit_result {
 
 /* Fits parameters[parameter_count] from the values they hold.  Returns 0, or -1 when memory ran out. */
 int nsdf_fit_run(const nsdf_fit_job *job, float *parameters, nsdf_fit_result *result);
+
+/* Fits a little more, with samples at places where verification found stray pieces (strays[frame_count]); the
+ * quantisers stay.  Adds to *result.  Returns 0, or -1 when memory ran out. */
+int nsdf_fit_mend(const nsdf_fit_job *job, const nsdf_sample_set *strays, float *parameters, nsdf_fit_result *result);
 
 /* Seconds of a clock that only goes forward. */
 double nsdf_clock(void);

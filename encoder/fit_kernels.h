@@ -13,8 +13,8 @@ enum { NSDF_PANEL = 32 };
 typedef struct nsdf_fit_kernels {
     const char *name;
 
-    /* y[panel][o][p] = sum_i a[o * stride + i] x[panel][i][p] for o < rows, i < cols.  Consecutive panels of x and y are
-     * x_panel and y_panel floats apart. */
+    /* y[panel][o][p] = sum_i a[o * stride + i] x[panel][i][p] for o < rows, i < cols.  Consecutive panels of x and y
+     * are x_panel and y_panel floats apart. */
     void (*multiply)(const float *a, size_t stride, uint32_t rows, uint32_t cols, const float *x, size_t x_panel,
                      float *y, size_t y_panel, uint32_t panels);
 

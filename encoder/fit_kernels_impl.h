@@ -29,9 +29,10 @@ static inline vec choose(mask m, vec a, vec b) {
 
 /* `n` rows of a product for two vectors of points; n is a constant wherever this is inlined. */
 static inline __attribute__((always_inline)) void rows_times_points(const int n, const float *a, size_t stride,
-                                                                     uint32_t cols, const float *x, float *y) {
+                                                                    uint32_t cols, const float *x, float *y) {
     vec lo[ROW_BLOCK], hi[ROW_BLOCK];
-    for (int r = 0; r < n; r++) lo[r] = hi[r] = (vec){0};
+    for (int r = 0; r < n; r++)
+        lo[r] = hi[r] = (vec){0};
     for (uint32_t i = 0; i < cols; i++) {
         vec xl = load(x + (size_t)i * NSDF_PANEL), xh = load(x + (size_t)i * NSDF_PANEL + LANES);
         for (int r = 0; r < n; r++) {
@@ -57,13 +58,15 @@ static void multiply(const float *a, size_t stride, uint32_t rows, uint32_t cols
                 rows_times_points(ROW_BLOCK, a + o * stride, stride, cols, xp, yp + (size_t)o * NSDF_PANEL);
             for (; o + 4 <= rows; o += 4)
                 rows_times_points(4, a + o * stride, stride, cols, xp, yp + (size_t)o * NSDF_PANEL);
-            for (; o < rows; o++) rows_times_points(1, a + o * stride, stride, cols, xp, yp + (size_t)o * NSDF_PANEL);
+            for (; o < rows; o++)
+                rows_times_points(1, a + o * stride, stride, cols, xp, yp + (size_t)o * NSDF_PANEL);
         }
 }
 
 static inline float sum_lanes(vec v) {
     float sum = 0;
-    for (int i = 0; i < LANES; i++) sum += v[i];
+    for (int i = 0; i < LANES; i++)
+        sum += v[i];
     return sum;
 }
 
@@ -77,7 +80,8 @@ static inline vec add_pairs(vec a, vec b) {
 /* Lane i of the result is the sum over the lanes of v[i]: a tree of 15 pairwise additions. */
 static inline vec sum_each(vec v[16]) {
     for (int n = 8; n > 0; n /= 2)
-        for (int i = 0; i < n; i++) v[i] = add_pairs(v[2 * i], v[2 * i + 1]);
+        for (int i = 0; i < n; i++)
+            v[i] = add_pairs(v[2 * i], v[2 * i + 1]);
     return v[0];
 }
 #else
@@ -87,28 +91,33 @@ static inline vec sum_each(vec *v) {
 #endif
 
 /* An n x m block of the outer product, summed over all panels. */
-static inline __attribute__((always_inline)) void outer_block(const int n, const int m, const float *dz, size_t dz_panel,
-                                                               const float *x, size_t x_panel, float *g, size_t stride,
-                                                               uint32_t panels) {
+static inline __attribute__((always_inline)) void outer_block(const int n, const int m, const float *dz,
+                                                              size_t dz_panel, const float *x, size_t x_panel, float *g,
+                                                              size_t stride, uint32_t panels) {
     vec sum[OUTER_ROWS * OUTER_COLS];
-    for (int r = 0; r < n * m; r++) sum[r] = (vec){0};
+    for (int r = 0; r < n * m; r++)
+        sum[r] = (vec){0};
     for (uint32_t k = 0; k < panels; k++)
         for (int part = 0; part < NSDF_PANEL; part += LANES) {
             vec xs[OUTER_COLS];
-            for (int c = 0; c < m; c++) xs[c] = load(x + k * x_panel + c * NSDF_PANEL + part);
+            for (int c = 0; c < m; c++)
+                xs[c] = load(x + k * x_panel + c * NSDF_PANEL + part);
             for (int r = 0; r < n; r++) {
                 vec d = load(dz + k * dz_panel + r * NSDF_PANEL + part);
-                for (int c = 0; c < m; c++) sum[r * m + c] += d * xs[c];
+                for (int c = 0; c < m; c++)
+                    sum[r * m + c] += d * xs[c];
             }
         }
     if (LANES == 16 && n * m == 16) {
         vec all = sum_each(sum);
         for (int r = 0; r < n; r++)
-            for (int c = 0; c < m; c++) g[(size_t)r * stride + (size_t)c] += all[r * m + c];
+            for (int c = 0; c < m; c++)
+                g[(size_t)r * stride + (size_t)c] += all[r * m + c];
         return;
     }
     for (int r = 0; r < n; r++)
-        for (int c = 0; c < m; c++) g[(size_t)r * stride + (size_t)c] += sum_lanes(sum[r * m + c]);
+        for (int c = 0; c < m; c++)
+            g[(size_t)r * stride + (size_t)c] += sum_lanes(sum[r * m + c]);
 }
 
 static void outer(const float *dz, size_t dz_panel, uint32_t rows, const float *x, size_t x_panel, uint32_t cols,
@@ -193,7 +202,8 @@ static void tanh_panel(float *z, float *slope, size_t count) {
 }
 
 static void scale(float *y, const float *x, size_t count) {
-    for (size_t i = 0; i < count; i += LANES) store(y + i, load(y + i) * load(x + i));
+    for (size_t i = 0; i < count; i += LANES)
+        store(y + i, load(y + i) * load(x + i));
 }
 
 static const nsdf_fit_kernels kernels = {KERNELS_NAME, multiply, outer, sine, relu, tanh_panel, scale};

@@ -15,7 +15,7 @@ void nsdf_fit_scratch_free(nsdf_fit_scratch *scratch);
 typedef struct nsdf_fit_points {
     const float *x, *y, *z, *d; /* normalised position and signed distance */
     size_t count;
-    float time;                 /* network time: time_scale * u */
+    float time; /* network time: time_scale * u */
 } nsdf_fit_points;
 
 typedef struct nsdf_fit_sums {

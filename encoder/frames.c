@@ -21,8 +21,10 @@ nsdf_status nsdf_encoder_fail(nsdf_encoder_error *error, nsdf_status status, con
 }
 
 void nsdf_frames_free(nsdf_frames *frames) {
-    for (uint32_t i = 0; i < frames->count; i++)
+    for (uint32_t i = 0; i < frames->count; i++) {
         nsdf_surface_free(&frames->frames[i].surface);
+        free(frames->frames[i].outer.indices);
+    }
     free(frames->frames);
     memset(frames, 0, sizeof *frames);
 }
@@ -99,7 +101,7 @@ nsdf_status nsdf_frames_add(nsdf_frames *frames, uint32_t number, const nsdf_inp
     memcpy(s.indices, mesh->indices, indices * sizeof *s.indices);
     extend_box(frames, mesh);
     frames->triangles += mesh->triangle_count;
-    frames->frames[frames->count++] = (nsdf_frame){number, s, NSDF_SIGN_PSEUDO_NORMAL, 0, 0};
+    frames->frames[frames->count++] = (nsdf_frame){number, s, NSDF_SIGN_PSEUDO_NORMAL, 0, 0, {NULL, NULL, 0, 0}};
     return NSDF_OK;
 }
 

@@ -12,6 +12,8 @@ typedef struct nsdf_frame {
     nsdf_sign_rule sign;
     uint32_t open_edges; /* boundary, non-manifold and inconsistent edges */
     int reversed;        /* the triangles faced inward */
+    nsdf_surface outer;  /* triangles on the outside of all parts together, where parts pass through each other: own
+                            indices, the surface's positions; no triangles when all are on the outside */
 } nsdf_frame;
 
 typedef struct nsdf_frames {
@@ -37,6 +39,15 @@ nsdf_status nsdf_frames_normalise(nsdf_frames *frames, double margin, nsdf_file_
 /* Decides a frame's sign rule, and turns its triangles round when they face inward.  Normalised surfaces; reads and
  * writes this frame only.  Returns 0, or -1 when memory ran out. */
 int nsdf_frame_orient(nsdf_frame *frame, int shell);
+
+/* Finds frame->outer of an oriented frame that is not a shell.  Returns 0, or -1 when memory ran out. */
+int nsdf_frame_find_outer(nsdf_frame *frame);
+
+/* What counts of a frame: its outer triangles. */
+const nsdf_surface *nsdf_frame_outer(const nsdf_frame *frame);
+
+/* Signed distance to what counts of a frame; shell = thickness, for the shell rule.  NULL when memory ran out. */
+nsdf_sdf *nsdf_frame_sdf(const nsdf_frame *frame, float shell);
 
 /* Volume enclosed by the triangles (divergence theorem); negative when they face inward. */
 double nsdf_surface_volume(const nsdf_surface *surface);

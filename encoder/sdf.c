@@ -12,6 +12,7 @@ struct nsdf_sdf {
     nsdf_winding winding;
     nsdf_sign_rule rule;
     float half_thickness;
+    nsdf_sdf *whole; /* gives the signs, if not NULL */
 };
 
 nsdf_sdf *nsdf_sdf_create(const nsdf_surface *surface, nsdf_sign_rule rule, float thickness) {
@@ -29,8 +30,22 @@ nsdf_sdf *nsdf_sdf_create(const nsdf_surface *surface, nsdf_sign_rule rule, floa
     return sdf;
 }
 
+nsdf_sdf *nsdf_sdf_create_union(const nsdf_surface *outer, const nsdf_surface *whole) {
+    nsdf_sdf *sdf = nsdf_sdf_create(outer, NSDF_SIGN_WINDING, 0.0f);
+    if (sdf == NULL) {
+        return NULL;
+    }
+    sdf->whole = nsdf_sdf_create(whole, NSDF_SIGN_WINDING, 0.0f);
+    if (sdf->whole == NULL) {
+        nsdf_sdf_free(sdf);
+        return NULL;
+    }
+    return sdf;
+}
+
 void nsdf_sdf_free(nsdf_sdf *sdf) {
     if (sdf != NULL) {
+        nsdf_sdf_free(sdf->whole);
         nsdf_nearest_index_free(&sdf->index);
         nsdf_winding_free(&sdf->winding);
         free(sdf);
@@ -52,6 +67,9 @@ float nsdf_sdf_unsigned(const nsdf_sdf *sdf, const float point[3], float limit, 
 }
 
 static double winding_at(const nsdf_sdf *sdf, const float point[3]) {
+    if (sdf->whole != NULL) {
+        return winding_at(sdf->whole, point);
+    }
     return nsdf_winding_number(&sdf->winding, &sdf->index.bvh, point);
 }
 

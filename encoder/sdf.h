@@ -18,6 +18,9 @@ typedef enum nsdf_sign_rule {
  * no triangle.  `thickness` is for NSDF_SIGN_SHELL only, normalised units.  Triangles without area count as the
  * segments or points they are. */
 nsdf_sdf *nsdf_sdf_create(const nsdf_surface *surface, nsdf_sign_rule rule, float thickness);
+/* Distance to `outer`, a part of `whole` on the same positions, with signs by the winding number of `whole`: for meshes
+ * whose parts pass through each other, of which only the outside of their union counts.  Both are borrowed. */
+nsdf_sdf *nsdf_sdf_create_union(const nsdf_surface *outer, const nsdf_surface *whole);
 void nsdf_sdf_free(nsdf_sdf *sdf);
 
 /* Negative inside.  Read-only: may be called from many threads. */

@@ -11,7 +11,7 @@ enum { POINTS_PER_STRAY = 3, STRAYS_WANTED = 300 };
 /* The domain is cut into cubes; those whose centre is far from the zero set are skipped, as the decoder will do with a
  * bound like this one. */
 enum { CUBES = 32, MOST_CELLS = 4, MOST_NODES = (MOST_CELLS + 1) * (MOST_CELLS + 1) * (MOST_CELLS + 1), CHUNK = 4096 };
-static const float search_bound = 2.5f;
+static const float search_bound = 1.8f;
 
 typedef struct {
     const nsdf_stray_job *job;
@@ -90,7 +90,8 @@ static int is_near(const finder *f, const float p[3]) {
 static void look_at_crossing(finder *f, const float p[3]) {
     const nsdf_stray_job *job = f->s->job;
     for (int k = 0; k < 3; k++)
-        if (p[k] < job->domain_min[k] || p[k] > job->domain_max[k]) return; /* the grid covers more than the domain */
+        if (p[k] < job->domain_min[k] || p[k] > job->domain_max[k])
+            return; /* the grid covers more than the domain */
     if (is_near(f, p))
         return;
     f->found++;
@@ -146,7 +147,7 @@ static void look_at_cubes(finder *f, float *xyz, float *value, const uint32_t *l
     }
 }
 
-static int make_room(nsdf_sample_set *hard) {
+int nsdf_stray_room(nsdf_sample_set *hard) {
     if (hard->x)
         return 0;
     hard->x = malloc(NSDF_MOST_HARD * sizeof(float));
@@ -163,8 +164,8 @@ static void search_frame(void *data, uint32_t index, uint32_t worker) {
     uint32_t total = s->cubes[0] * s->cubes[1] * s->cubes[2];
     float *memory = malloc((job->model->composed_size + 4 * CHUNK) * sizeof *memory);
     uint32_t *list = malloc(total * sizeof *list);
-    nsdf_sdf *sdf = nsdf_sdf_create(&frame->surface, frame->sign, job->shell);
-    s->failed[index] = !memory || !list || !sdf || make_room(&job->hard[index]) != 0;
+    nsdf_sdf *sdf = nsdf_frame_sdf(frame, job->shell);
+    s->failed[index] = !memory || !list || !sdf || nsdf_stray_room(&job->hard[index]) != 0;
     if (!s->failed[index]) {
         float *composed = memory + 4 * CHUNK, *value = memory + 3 * CHUNK;
         finder f = {s,

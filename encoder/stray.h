@@ -26,6 +26,9 @@ typedef struct nsdf_stray_job {
 
 enum { NSDF_MOST_HARD = 8192 };
 
+/* Gives an empty set room for NSDF_MOST_HARD samples.  Returns 0, or -1 when memory ran out. */
+int nsdf_stray_room(nsdf_sample_set *hard);
+
 /* Evaluates the network on a grid at every frame, and looks up the true distance wherever the sign changes along an
  * edge.  *found gets the number of stray crossings over all frames.  Returns 0, or -1 when memory ran out. */
 int nsdf_find_strays(const nsdf_stray_job *job, uint64_t *found);

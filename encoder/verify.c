@@ -20,8 +20,9 @@ typedef struct {
 
 typedef struct {
     const nsdf_check_job *job;
-    comparison *items; /* [worker count] */
-    uint32_t first;    /* frame of items[0] */
+    nsdf_sample_set *strays; /* [frame] */
+    comparison *items;       /* [worker count] */
+    uint32_t first;          /* frame of items[0] */
 } group;
 
 static int normalised_copy(const nsdf_file_header *header, const nsdf_mesh *mesh, nsdf_surface *out) {
@@ -49,31 +50,61 @@ static int is_stray(const nsdf_sdf *input, const float point[3], float shell) {
     return distance >= limit || distance <= half - stray_distance;
 }
 
-/* Pieces, but for the largest, with a stray vertex. */
-static int count_strays(const nsdf_surface *decoded, const nsdf_sdf *input, float shell, uint32_t *stray) {
+/* size[piece] becomes 0 for pieces that are no strays: the largest, and those that lie on the input. */
+static void mark_strays(const nsdf_surface *decoded, const nsdf_sdf *input, float shell, const uint32_t *piece,
+                        uint32_t pieces, uint8_t *stray) {
+    uint32_t *size = calloc(pieces, sizeof *size), largest = 0;
+    for (uint32_t i = 0; size && i < decoded->triangle_count; i++)
+        size[piece[i]]++;
+    for (uint32_t p = 1; size && p < pieces; p++)
+        largest = size[p] > size[largest] ? p : largest;
+    for (uint32_t i = 0; i < decoded->triangle_count; i++) {
+        if (piece[i] == largest || stray[piece[i]])
+            continue;
+        const float *v = decoded->positions + 3 * (size_t)decoded->indices[3 * (size_t)i];
+        stray[piece[i]] = (uint8_t)is_stray(input, v, shell);
+    }
+    free(size);
+}
+
+/* Vertices of stray pieces, with the distances that the field should have there. */
+static int collect_strays(const nsdf_surface *decoded, const uint32_t *piece, const uint8_t *stray,
+                          const nsdf_frame *frame, float shell, nsdf_sample_set *set) {
+    nsdf_sdf *sdf = nsdf_frame_sdf(frame, shell);
+    float *block = sdf ? malloc(NSDF_MOST_STRAYS * sizeof *block) : NULL;
+    if (block) {
+        nsdf_sample_set s = {block, malloc(NSDF_MOST_STRAYS * sizeof(float)), malloc(NSDF_MOST_STRAYS * sizeof(float)),
+                             malloc(NSDF_MOST_STRAYS * sizeof(float)), 0};
+        for (uint32_t i = 0; s.y && s.z && s.d && i < decoded->triangle_count && s.count < NSDF_MOST_STRAYS; i++) {
+            const float *v = decoded->positions + 3 * (size_t)decoded->indices[3 * (size_t)i];
+            if (!stray[piece[i]])
+                continue;
+            s.x[s.count] = v[0];
+            s.y[s.count] = v[1];
+            s.z[s.count] = v[2];
+            s.d[s.count++] = nsdf_sdf_distance(sdf, v);
+        }
+        *set = s;
+    }
+    nsdf_sdf_free(sdf);
+    return block && set->y && set->z && set->d ? 0 : -1;
+}
+
+static int find_stray_pieces(const nsdf_surface *decoded, const nsdf_sdf *input, const nsdf_frame *frame, float shell,
+                             uint32_t *count, nsdf_sample_set *set) {
     uint32_t *piece = malloc(sizeof *piece * ((size_t)decoded->triangle_count + 1));
     int64_t pieces = piece ? nsdf_surface_components(decoded, piece) : -1;
-    uint32_t *size = pieces > 0 ? calloc((size_t)pieces, sizeof *size) : NULL;
-    if (pieces > 0 && size) {
-        uint32_t largest = 0;
-        for (uint32_t i = 0; i < decoded->triangle_count; i++)
-            size[piece[i]]++;
-        for (uint32_t p = 1; p < (uint32_t)pieces; p++)
-            largest = size[p] > size[largest] ? p : largest;
-        size[largest] = 0; /* 0 = not to be looked at, or counted already */
-        for (uint32_t i = 0; i < decoded->triangle_count; i++) {
-            if (!size[piece[i]])
-                continue;
-            const float *v = decoded->positions + 3 * (size_t)decoded->indices[3 * (size_t)i];
-            if (!is_stray(input, v, shell))
-                continue;
-            size[piece[i]] = 0;
-            ++*stray;
-        }
+    uint8_t *stray = pieces > 0 ? calloc((size_t)pieces, 1) : NULL;
+    int failed = pieces < 0 || (pieces > 0 && !stray);
+    if (stray) {
+        mark_strays(decoded, input, shell, piece, (uint32_t)pieces, stray);
+        for (uint32_t p = 0; p < (uint32_t)pieces; p++)
+            *count += stray[p];
+        if (*count)
+            failed = collect_strays(decoded, piece, stray, frame, shell, set) != 0;
     }
-    int failed = pieces < 0 || (pieces > 0 && !size);
     free(piece);
-    free(size);
+    free(stray);
     return failed ? -1 : 0;
 }
 
@@ -101,9 +132,10 @@ static void compare_one(void *data, uint32_t index, uint32_t worker) {
             missing(c);
             c->failed = 0;
         } else if (input && decoded) {
-            c->failed = nsdf_add_surface_distances(&frame->surface, decoded, SAMPLES, &random, &c->stats[0]) != 0 ||
-                        nsdf_add_surface_distances(&c->decoded, input, SAMPLES, &random, &c->stats[1]) != 0 ||
-                        count_strays(&c->decoded, input, shell, &c->stray) != 0;
+            c->failed =
+                nsdf_add_surface_distances(&frame->surface, decoded, SAMPLES, &random, &c->stats[0]) != 0 ||
+                nsdf_add_surface_distances(&c->decoded, input, SAMPLES, &random, &c->stats[1]) != 0 ||
+                find_stray_pieces(&c->decoded, input, frame, shell, &c->stray, &g->strays[g->first + index]) != 0;
         }
         nsdf_sdf_free(input);
         nsdf_sdf_free(decoded);
@@ -145,10 +177,11 @@ static nsdf_status verify_group(group *g, nsdf_decoder *decoder, nsdf_workers *w
 }
 
 nsdf_status nsdf_verify_file(const nsdf_check_job *job, nsdf_workers *workers, const nsdf_buffer *file,
-                             nsdf_quality_record *quality, uint32_t *stray_pieces, nsdf_encoder_error *error) {
+                             nsdf_quality_record *quality, uint32_t *stray_pieces, nsdf_sample_set *strays,
+                             nsdf_encoder_error *error) {
     uint32_t count = job->frames->count, stretch = nsdf_workers_count(workers);
     nsdf_decoder *decoder = NULL;
-    group g = {job, calloc(stretch, sizeof *g.items), 0};
+    group g = {job, strays, calloc(stretch, sizeof *g.items), 0};
     nsdf_status status = g.items ? nsdf_open_memory(&decoder, file->data, file->size, NULL, NULL) : NSDF_NO_MEMORY;
     double began = nsdf_clock();
     memset(quality, 0, sizeof *quality);
