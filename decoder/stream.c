@@ -99,9 +99,9 @@ static nsdf_status read_preamble(nsdf_stream *stream, nsdf_error *error) {
     return parse == NSDF_PARSE_OK ? NSDF_OK : nsdf_fail_parse(error, parse, 0, 0, &fault);
 }
 
-/* Reads the chunk at `offset`, which must be of this type and length. */
+/* Reads the chunk at `offset`, which must be of this type and hold at least `least` bytes; later versions may add. */
 static nsdf_status read_fixed_chunk(const nsdf_stream *stream, nsdf_memory *memory, uint64_t offset, uint32_t type,
-                                    uint64_t length, nsdf_chunk *chunk, nsdf_error *error) {
+                                    uint64_t least, nsdf_chunk *chunk, nsdf_error *error) {
     char name[8];
     nsdf_chunk_name(type, name);
     nsdf_status status = read_chunk_header(stream, offset, &chunk->header, error);
@@ -109,9 +109,9 @@ static nsdf_status read_fixed_chunk(const nsdf_stream *stream, nsdf_memory *memo
         return status;
     if (chunk->header.type != type)
         return nsdf_fail(error, NSDF_CORRUPT, chunk->header.type, offset, "found another chunk where %s must be", name);
-    if (chunk->header.length != length)
-        return nsdf_fail(error, NSDF_CORRUPT, type, offset + 8, "%s holds %llu bytes, expected %llu", name,
-                         (unsigned long long)chunk->header.length, (unsigned long long)length);
+    if (chunk->header.length < least)
+        return nsdf_fail(error, NSDF_CORRUPT, type, offset + 8, "%s holds %llu bytes, expected at least %llu", name,
+                         (unsigned long long)chunk->header.length, (unsigned long long)least);
     return read_body(stream, memory, offset, chunk, error);
 }
 
@@ -125,6 +125,7 @@ static nsdf_status read_head(nsdf_stream *stream, nsdf_memory *memory, nsdf_erro
         if (parse != NSDF_PARSE_OK)
             status = nsdf_fail_parse(error, parse, NSDF_CHUNK_HEAD, at + NSDF_CHUNK_HEADER_SIZE, &fault);
     }
+    stream->rest = at + chunk.header.length + NSDF_CHUNK_OVERHEAD;
     nsdf_chunk_free(memory, &chunk);
     return status;
 }
@@ -159,7 +160,7 @@ static nsdf_status parse_index(nsdf_stream *stream, nsdf_memory *memory, const n
 
 static nsdf_status read_index(nsdf_stream *stream, nsdf_memory *memory, nsdf_error *error) {
     nsdf_chunk chunk = {.owned = NULL};
-    const uint64_t at = NSDF_PREAMBLE_SIZE + NSDF_HEADER_PAYLOAD_SIZE + NSDF_CHUNK_OVERHEAD;
+    const uint64_t at = stream->rest;
     nsdf_status status = read_fixed_chunk(stream, memory, at, NSDF_CHUNK_INDX,
                                           nsdf_index_payload_size(stream->header.segment_count), &chunk, error);
     if (status == NSDF_OK)
@@ -321,10 +322,13 @@ static nsdf_status check_place(const nsdf_stream *stream, uint64_t offset, const
     case NSDF_CHUNK_ENDF:
         if (next)
             return nsdf_fail(error, NSDF_CORRUPT, header->type, offset, "the file's end before its last segment");
+        if (header->length != 0)
+            return nsdf_fail(error, NSDF_CORRUPT, header->type, offset + 8, "ENDF holds %llu bytes, expected none",
+                             (unsigned long long)header->length);
         return NSDF_OK;
     case NSDF_CHUNK_QUAL:
     case NSDF_CHUNK_META:
-        return NSDF_OK;
+        return *segments > 0 ? fail_misplaced(header, offset, error) : NSDF_OK;
     default:
         return is_critical(header) ? fail_unknown(header, offset, error) : NSDF_OK;
     }

@@ -129,7 +129,7 @@ static nsdf_status hash_at(nsdf_decoder *decoder, double t, int dense, nsdf_mesh
     return status;
 }
 
-/* Counts the frames at which the two differ. */
+/* Whether the two differ at some frame; stops at the first. */
 static nsdf_status compare(const nsdf_check_job *job, nsdf_decoder *decoder, uint32_t *different,
                            nsdf_encoder_error *error) {
     uint32_t count = job->frames->count, first = job->frames->frames[0].number;
@@ -137,7 +137,7 @@ static nsdf_status compare(const nsdf_check_job *job, nsdf_decoder *decoder, uin
     nsdf_status status = NSDF_OK;
     double began = nsdf_clock();
     *different = 0;
-    for (uint32_t i = 0; i < count && status == NSDF_OK; i++) {
+    for (uint32_t i = 0; i < count && status == NSDF_OK && !*different; i++) {
         double t = 0.0;
         uint64_t sparse = 0, dense = 0;
         status = nsdf_frame_time(decoder, job->frames->frames[i].number - first, &t);
@@ -145,7 +145,7 @@ static nsdf_status compare(const nsdf_check_job *job, nsdf_decoder *decoder, uin
             status = hash_at(decoder, t, 0, &mesh, &sparse);
         if (status == NSDF_OK)
             status = hash_at(decoder, t, 1, &mesh, &dense);
-        *different += sparse != dense;
+        *different = sparse != dense;
         if (nsdf_check_progress(job, NSDF_STAGE_BOUND, began, count + i + 1, 2 * count))
             status = NSDF_CANCELLED;
     }
@@ -197,7 +197,7 @@ nsdf_status nsdf_measure_bound(const nsdf_check_job *job, const nsdf_buffer *fil
         status = compare_with_bound(job, file, (float)b, &different, error);
         if (different == 0 || b >= highest_bound)
             break;
-        b *= 1.25;
+        b *= 1.5;
     }
     if (status == NSDF_OK)
         *bound = (float)b;

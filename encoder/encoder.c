@@ -228,6 +228,13 @@ static nsdf_status mend(run *r) {
     return status == NSDF_OK ? code_and_check(r) : status;
 }
 
+/* More than a stray piece a frame says that the network is too small or fitted too briefly, which mending cannot mend.
+ */
+static int worth_mending(const run *r) {
+    uint32_t pieces = r->encoder->stats.stray_pieces;
+    return pieces > 0 && pieces <= r->encoder->frames.count + 8;
+}
+
 static nsdf_status run_stages(run *r) {
     nsdf_encoder_stats *stats = &r->encoder->stats;
     double began = nsdf_clock();
@@ -242,7 +249,7 @@ static nsdf_status run_stages(run *r) {
     int whole = r->fit.steps >= r->encoder->options.steps; /* not interrupted */
     if (status == NSDF_OK)
         status = code_and_check(r);
-    for (int round = 0; status == NSDF_OK && whole && stats->stray_pieces > 0 && round < MEND_ROUNDS; round++)
+    for (int round = 0; status == NSDF_OK && whole && worth_mending(r) && round < MEND_ROUNDS; round++)
         status = mend(r);
     return status;
 }

@@ -20,6 +20,9 @@ enum { SEARCHES = sizeof searches / sizeof *searches };
 
 /* After the last step, rounds of a few more follow until a search finds nothing. */
 enum { REPAIR_ROUNDS = 4, REPAIR_RESOLUTION = 128 };
+
+/* With more crossings a frame than this the network is far from fitted: a few more steps do not help. */
+enum { HOPELESS_STRAYS = 1000 };
 static const double repair_share = 0.02, repair_rate = 0.05;
 
 /* Points that a slot takes besides its ordinary ones: near strays, and from the tail of the errors. */
@@ -348,7 +351,7 @@ static int repair(state *s, float *parameters, double began, nsdf_fit_result *re
             nsdf_round_parameters(s->job->model, parameters, s->rounded);
         if (find_strays(s, rounding ? s->rounded : parameters, REPAIR_RESOLUTION, result) != 0)
             return -1;
-        if (result->strays == 0)
+        if (result->strays == 0 || result->strays > (uint64_t)HOPELESS_STRAYS * s->job->frame_count)
             break;
         int answer = extra_steps(s, parameters, began, result);
         if (answer != NSDF_CONTINUE)

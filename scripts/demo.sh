@@ -40,8 +40,8 @@ say "3. A moving surface to compress: a figure that walks, $frames frames at $fp
 rm -rf "$out/input" "$out/decoded"
 "$bin/nsdf-sample" walker --frames "$frames" --fps "$fps" --resolution 96 -o "$out/input"
 
-say "4. Compress it: nsdf-enc fits a small neural network to all frames (one or two minutes)"
-"$bin/nsdf-enc" --preset fast --steps 20000 --fps "$fps" --report "$out/report.json" -o "$out/walker.nsdf" "$out/input"
+say "4. Compress it: nsdf-enc fits a small neural network to all frames (two or three minutes)"
+"$bin/nsdf-enc" --preset fast --fps "$fps" --report "$out/report.json" -o "$out/walker.nsdf" "$out/input"
 
 say "5. Play it back at $((2 * fps)) frames per second: every second frame was never in the input"
 mkdir -p "$out/decoded"
@@ -72,7 +72,8 @@ awk -v i="$input_bytes" -v c="$coded_bytes" -v n="$frames" -v m="$frames_out" \
     -v e="$error" -v d="$diagonal" 'BEGIN {
     printf "  input     %d OBJ frames, %.1f MB; vertices and triangles differ from frame to frame\n", n, i / 1e6
     printf "  walker.nsdf  %.1f KB for all of them: 1/%.0f of the size of the OBJ files\n", c / 1e3, i / c
-    if (e != "") printf "  error     %.1f mm on average for 1.75 m (%.2g of the diagonal)\n", 1000 * e * d, e
+    if (e != "") printf "  error     %.1f mm on average for a height of 1.75 m (%.2g of the diagonal)\n",
+        1000 * e * d, e
     printf "  decoded   %d OBJ frames: the %d of the input, and one between each two of them\n", m, n
 }'
 cat <<EOF

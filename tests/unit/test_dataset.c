@@ -114,7 +114,7 @@ static void test_meshes_far_from_the_origin_keep_their_shape(void **state) {
 static void test_inward_meshes_are_turned_round(void **state) {
     (void)state;
     for (int flip = 0; flip < 2; flip++) {
-        nsdf_frame frame = {0, shape_empty(), NSDF_SIGN_WINDING, 99, 0};
+        nsdf_frame frame = {.surface = shape_empty(), .sign = NSDF_SIGN_WINDING, .open_edges = 99};
         shape_add_sphere(&frame.surface, 0.3, 10, 20, flip, 0);
         assert_int_equal(nsdf_frame_orient(&frame, 0), 0);
         assert_int_equal(frame.reversed, flip);
@@ -128,7 +128,7 @@ static void test_inward_meshes_are_turned_round(void **state) {
 static void test_open_meshes_get_signs_by_winding_and_sheets_by_thickness(void **state) {
     (void)state;
     for (int shell = 0; shell < 2; shell++) {
-        nsdf_frame frame = {0, shape_empty(), NSDF_SIGN_PSEUDO_NORMAL, 0, 0};
+        nsdf_frame frame = {.surface = shape_empty()};
         shape_add_sphere(&frame.surface, 0.3, 10, 20, 1, 2); /* inward, open at the top */
         assert_int_equal(nsdf_frame_orient(&frame, shell), 0);
         assert_int_equal(frame.sign, shell ? NSDF_SIGN_SHELL : NSDF_SIGN_WINDING);

@@ -47,14 +47,18 @@ typedef struct listener {
     int answer;
     int reports[4];
     nsdf_progress last;
+    int returns; /* to fitting, after verification */
 } listener;
 
 static int listen_to(void *user, const nsdf_progress *p) {
     listener *l = user;
-    assert_true(p->stage >= l->last.stage && p->stage <= NSDF_STAGE_VERIFY);
+    /* where verification, once complete, has found stray pieces, fitting goes on a little */
+    const int returns = p->stage == NSDF_STAGE_FIT && l->last.stage == NSDF_STAGE_VERIFY && l->last.fraction == 1.0;
+    l->returns += returns;
+    assert_true(returns || (p->stage >= l->last.stage && p->stage <= NSDF_STAGE_VERIFY));
     assert_true(p->fraction > 0.0 && p->fraction <= 1.0);
     /* a bound that turns out too small is measured again, from the middle of its stage */
-    assert_true(p->stage > l->last.stage || p->stage == NSDF_STAGE_BOUND || p->fraction >= l->last.fraction);
+    assert_true(p->stage != l->last.stage || p->stage == NSDF_STAGE_BOUND || p->fraction >= l->last.fraction);
     assert_true(p->elapsed >= l->last.elapsed);
     l->reports[p->stage]++;
     l->last = *p;
@@ -63,13 +67,14 @@ static int listen_to(void *user, const nsdf_progress *p) {
 
 static void test_every_stage_reports_progress_up_to_its_end(void **state) {
     nsdf_encoder_options o = hasty_options();
-    listener l = {NSDF_STAGE_SAMPLE, NSDF_CONTINUE, {0}, {0}};
+    listener l = {NSDF_STAGE_SAMPLE, NSDF_CONTINUE, {0}, {0}, 0};
     (void)state;
     o.verify = 1;
     encoded e = encode_well(&o, swelling_box, listen_to, &l);
     for (int stage = 0; stage < 4; stage++)
         assert_true(l.reports[stage] > 0);
     assert_true(l.last.stage == NSDF_STAGE_VERIFY && l.last.fraction == 1.0);
+    assert_true(l.returns <= 3);
     assert_true(e.stats.seconds_sample + e.stats.seconds_fit + e.stats.seconds_code + e.stats.seconds_verify <
                 l.last.elapsed + 0.5);
     free(e.data);
@@ -77,7 +82,7 @@ static void test_every_stage_reports_progress_up_to_its_end(void **state) {
 
 static void test_finish_gives_a_valid_file_at_once(void **state) {
     nsdf_encoder_options o = hasty_options();
-    listener l = {NSDF_STAGE_FIT, NSDF_FINISH, {0}, {0}};
+    listener l = {NSDF_STAGE_FIT, NSDF_FINISH, {0}, {0}, 0};
     (void)state;
     o.steps = 1000000000;
     o.width = 32;
@@ -96,7 +101,7 @@ static void test_abort_leaves_nothing_in_every_stage(void **state) {
     (void)state;
     for (int stage = NSDF_STAGE_SAMPLE; stage <= NSDF_STAGE_VERIFY; stage++) {
         nsdf_encoder_options o = hasty_options();
-        listener l = {(nsdf_stage)stage, NSDF_ABORT, {0}, {0}};
+        listener l = {(nsdf_stage)stage, NSDF_ABORT, {0}, {0}, 0};
         o.verify = 1;
         encoded e = encode(&o, swelling_box, listen_to, &l);
         assert_int_equal(e.status, NSDF_CANCELLED);
@@ -111,7 +116,7 @@ static void test_a_cancelled_encoder_has_no_bytes_to_write(void **state) {
     const nsdf_encoder_options o = hasty_options();
     nsdf_encoder *encoder = NULL;
     encoded e = {.size = 0};
-    listener l = {NSDF_STAGE_BOUND, NSDF_ABORT, {0}, {0}};
+    listener l = {NSDF_STAGE_BOUND, NSDF_ABORT, {0}, {0}, 0};
     (void)state;
     assert_int_equal(nsdf_encoder_create(&encoder, &o, NULL), NSDF_OK);
     assert_int_equal(add_frames(encoder, long_box, NULL), NSDF_OK);

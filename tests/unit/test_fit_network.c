@@ -183,7 +183,7 @@ static void check_gradient(int kind, const nsdf_fit_kernels *kernels, const nsdf
     double largest = 0.0;
     assert_non_null(gradient);
     move_distances(&f);
-    nsdf_fit_backward(&f.model, kernels, f.scratch, f.composed, &f.points, loss, scale, gradient, &sums);
+    nsdf_fit_backward(&f.model, kernels, f.scratch, f.composed, &f.points, loss, scale, gradient, NULL, &sums);
     assert_true(fabs(sums.loss - reference_sum(&f, loss)) <= 1e-5 * sums.loss);
     for (size_t i = 0; i < f.model.composed_size; i++)
         largest = fmax(largest, fabs((double)gradient[i]));
@@ -221,12 +221,13 @@ static void test_gradients_add_up_over_points_and_calls(void **state) {
         const size_t size = f.model.composed_size;
         float *whole = random_floats(size, 0.0f, 0), *parts = random_floats(size, 0.0f, 0);
         nsdf_fit_sums all = {0, 0, 0}, sum = {0, 0, 0};
-        nsdf_fit_backward(&f.model, sets[kind % set_count], f.scratch, f.composed, &f.points, &mae, 1.0f, whole, &all);
+        nsdf_fit_backward(&f.model, sets[kind % set_count], f.scratch, f.composed, &f.points, &mae, 1.0f, whole, NULL,
+                          &all);
         for (size_t from = 0, count = 1; from < 777; from += count, count = 3 * count + 1) {
             const size_t n = count < 777 - from ? count : 777 - from;
             const nsdf_fit_points p = {f.points.x + from, f.points.y + from, f.points.z + from, f.points.d + from, n,
                                        f.points.time};
-            nsdf_fit_backward(&f.model, sets[0], f.scratch, f.composed, &p, &mae, 1.0f, parts, &sum);
+            nsdf_fit_backward(&f.model, sets[0], f.scratch, f.composed, &p, &mae, 1.0f, parts, NULL, &sum);
         }
         double largest = 0.0;
         for (size_t i = 0; i < size; i++)
@@ -255,7 +256,7 @@ static void test_near_error_counts_points_near_the_surface_only(void **state) {
         near += fabs(reference_at(&f, f.parameters, i) - (double)f.d[i]);
         count++;
     }
-    nsdf_fit_backward(&f.model, nsdf_fit_kernels_select(), f.scratch, f.composed, &f.points, &mae, 1.0f, gradient,
+    nsdf_fit_backward(&f.model, nsdf_fit_kernels_select(), f.scratch, f.composed, &f.points, &mae, 1.0f, gradient, NULL,
                       &sums);
     assert_true(count > 100 && count < 250);
     assert_true(sums.near_count == count);
@@ -265,12 +266,42 @@ static void test_near_error_counts_points_near_the_surface_only(void **state) {
     free_fixture(&f);
 }
 
+/* More points than the network is evaluated for at once, and not a multiple of it. */
+static void test_the_loss_of_every_point_is_given(void **state) {
+    enum { COUNT = 1100 };
+    const nsdf_loss_params weighted = {NSDF_LOSS_WEIGHTED_MAE, 0.2f, 0.01f, 200.0f};
+    const nsdf_fit_kernels *sets[MAX_SETS];
+    const int set_count = list_sets(sets);
+    (void)state;
+    for (int s = 0; s < set_count; s++) {
+        fixture f = make_fixture(s, COUNT, 0.8);
+        float *gradient = random_floats(f.model.composed_size, 0.0f, 0), losses[COUNT + 1];
+        nsdf_fit_sums sums = {0, 0, 0};
+        double sum = 0.0;
+        losses[COUNT] = 77.0f;
+        nsdf_fit_backward(&f.model, sets[s], f.scratch, f.composed, &f.points, &weighted, 0.5f, gradient, losses,
+                          &sums);
+        for (size_t i = 0; i < COUNT; i++) {
+            float slope;
+            const float value = (float)reference_at(&f, f.parameters, i);
+            const float expected = nsdf_loss_value(&weighted, value, f.d[i], &slope);
+            assert_true(fabsf(value) < 1e-4f || fabsf(losses[i] - expected) <= 1e-5f);
+            sum += (double)losses[i];
+        }
+        assert_true(losses[COUNT] == 77.0f);
+        assert_true(fabs(sums.loss - sum) <= 1e-6 * sum);
+        free(gradient);
+        free_fixture(&f);
+    }
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_forward_follows_the_definition_for_any_number_of_points),
         cmocka_unit_test(test_forward_equals_the_decoder),
         cmocka_unit_test(test_gradients_match_finite_differences),
         cmocka_unit_test(test_gradients_add_up_over_points_and_calls),
+        cmocka_unit_test(test_the_loss_of_every_point_is_given),
         cmocka_unit_test(test_near_error_counts_points_near_the_surface_only),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

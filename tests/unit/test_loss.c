@@ -121,10 +121,10 @@ static void test_surface_sensitive_loss_is_the_error_with_the_wrong_sign(void **
         }
 }
 
-static void test_batch_sums_losses_and_scales_derivatives(void **state) {
+static void test_batch_gives_losses_their_sum_and_scaled_derivatives(void **state) {
     const nsdf_loss_params *all[] = {&mae, &weighted, &sensitive};
     nsdf_random random = nsdf_random_start(5, 0);
-    float f[100], d[100], derivative[101];
+    float f[100], d[100], derivative[101], losses[101];
     (void)state;
     for (int i = 0; i < 100; i++) {
         f[i] = draw(&random, 0.1f);
@@ -132,15 +132,19 @@ static void test_batch_sums_losses_and_scales_derivatives(void **state) {
     }
     for (int k = 0; k < 3; k++) {
         double expected = 0.0;
-        derivative[100] = 7.0f;
-        const double sum = nsdf_loss_batch(all[k], f, d, 100, 0.25f, derivative);
+        derivative[100] = losses[100] = 7.0f;
+        const double sum = nsdf_loss_batch(all[k], f, d, 100, 0.25f, derivative, losses);
         for (int i = 0; i < 100; i++) {
             float one;
-            expected += (double)nsdf_loss_value(all[k], f[i], d[i], &one);
-            assert_true(derivative[i] == 0.25f * one);
+            const float loss = nsdf_loss_value(all[k], f[i], d[i], &one);
+            expected += (double)loss;
+            assert_true(losses[i] == loss && derivative[i] == 0.25f * one);
         }
         assert_true(fabs(sum - expected) <= 1e-12);
-        assert_true(derivative[100] == 7.0f);
+        assert_true(derivative[100] == 7.0f && losses[100] == 7.0f);
+        derivative[0] = 9.0f;
+        assert_true(nsdf_loss_batch(all[k], f, d, 100, 0.25f, derivative, NULL) == sum);
+        assert_true(derivative[0] != 9.0f);
     }
 }
 
@@ -153,7 +157,7 @@ int main(void) {
         cmocka_unit_test(test_surface_sensitive_loss_vanishes_far_away_with_the_right_sign),
         cmocka_unit_test(test_surface_sensitive_loss_is_the_error_near_the_surface),
         cmocka_unit_test(test_surface_sensitive_loss_is_the_error_with_the_wrong_sign),
-        cmocka_unit_test(test_batch_sums_losses_and_scales_derivatives),
+        cmocka_unit_test(test_batch_gives_losses_their_sum_and_scaled_derivatives),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

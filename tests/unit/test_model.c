@@ -240,7 +240,7 @@ static void test_first_values_have_the_stated_ranges(void **state) {
     (void)state;
     o.omega_first = 40.0;
     o.omega_hidden = 3.0;
-    check_ranges(&o, (double[]){1.0 / 3.0, hidden / 3.0, hidden}, (double[]){1.0 / sqrt(3.0), 0.125 / 3.0, 0.0});
+    check_ranges(&o, (double[]){1.0 / 3.0, hidden / 3.0, 0.1 * hidden}, (double[]){1.0 / sqrt(3.0), 0.125 / 3.0, 0.0});
     o.activation = NSDF_MODEL_RELU;
     check_ranges(&o, (double[]){sqrt(2.0), hidden, hidden}, (double[]){0.0, 0.0, 0.0});
     o.weight_time = NSDF_TIME_CONSTANT;

@@ -133,7 +133,7 @@ static search new_search(nsdf_surface (*make)(void), nsdf_sign_rule sign, uint32
     s.seed = 1;
     s.half = 0.35f;
     for (uint32_t i = 0; i < count; i++)
-        s.frames[i] = (nsdf_frame){i, make(), sign, 0, 0};
+        s.frames[i] = (nsdf_frame){.number = i, .surface = make(), .sign = sign};
     return s;
 }
 
