@@ -7,7 +7,7 @@
 #include <string.h>
 
 /* Samples of a sequence together, when the number per frame is left to us. */
-static const double sample_budget = 14e6;
+static const double sample_budget = 8e6;
 static const double fewest_samples = 8192, most_samples = 400000;
 
 typedef struct {

@@ -39,12 +39,15 @@ frame_at() {
 # pkg-config's answer is a list of words.
 read -ra shared < <(pkg-config --cflags --libs nsdf)
 frame_at shared "${shared[@]}"
-ldd "$work/shared" | grep -q libnsdf.so || { echo "the shared build does not use libnsdf.so" >&2; exit 1; }
+# The whole answer first: grep -q would leave ldd writing to a closed pipe, which pipefail takes for a failure.
+needs=$(ldd "$work/shared")
+[[ $needs == *libnsdf.so* ]] || { echo "the shared build does not use libnsdf.so" >&2; exit 1; }
 
 rm -f "$lib"/libnsdf.so*
 read -ra static < <(pkg-config --static --cflags --libs nsdf)
 frame_at static "${static[@]}"
-if ldd "$work/static" | grep -q libnsdf.so; then
+needs=$(ldd "$work/static")
+if [[ $needs == *libnsdf.so* ]]; then
     echo "the static build uses libnsdf.so" >&2
     exit 1
 fi
