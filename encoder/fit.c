@@ -386,6 +386,7 @@ int nsdf_fit_mend(const nsdf_fit_job *job, const nsdf_sample_set *strays, float 
     if (!failed)
         (void)extra_steps(&s, parameters, nsdf_clock(), result);
     result->near_error = s.near_error;
+    result->diverged = !all_finite(parameters, job->model->parameter_count);
     free_state(&s);
     return failed ? -1 : 0;
 }

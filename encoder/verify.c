@@ -50,13 +50,15 @@ static int is_stray(const nsdf_sdf *input, const float point[3], float shell) {
     return distance >= limit || distance <= half - stray_distance;
 }
 
-/* size[piece] becomes 0 for pieces that are no strays: the largest, and those that lie on the input. */
-static void mark_strays(const nsdf_surface *decoded, const nsdf_sdf *input, float shell, const uint32_t *piece,
-                        uint32_t pieces, uint8_t *stray) {
+/* Marks the pieces, but for the largest, with a vertex away from the input.  Returns 0, or -1 when memory ran out. */
+static int mark_strays(const nsdf_surface *decoded, const nsdf_sdf *input, float shell, const uint32_t *piece,
+                       uint32_t pieces, uint8_t *stray) {
     uint32_t *size = calloc(pieces, sizeof *size), largest = 0;
-    for (uint32_t i = 0; size && i < decoded->triangle_count; i++)
+    if (!size)
+        return -1;
+    for (uint32_t i = 0; i < decoded->triangle_count; i++)
         size[piece[i]]++;
-    for (uint32_t p = 1; size && p < pieces; p++)
+    for (uint32_t p = 1; p < pieces; p++)
         largest = size[p] > size[largest] ? p : largest;
     for (uint32_t i = 0; i < decoded->triangle_count; i++) {
         if (piece[i] == largest || stray[piece[i]])
@@ -65,6 +67,7 @@ static void mark_strays(const nsdf_surface *decoded, const nsdf_sdf *input, floa
         stray[piece[i]] = (uint8_t)is_stray(input, v, shell);
     }
     free(size);
+    return 0;
 }
 
 /* Vertices of stray pieces, with the distances that the field should have there. */
@@ -97,10 +100,10 @@ static int find_stray_pieces(const nsdf_surface *decoded, const nsdf_sdf *input,
     uint8_t *stray = pieces > 0 ? calloc((size_t)pieces, 1) : NULL;
     int failed = pieces < 0 || (pieces > 0 && !stray);
     if (stray) {
-        mark_strays(decoded, input, shell, piece, (uint32_t)pieces, stray);
+        failed = mark_strays(decoded, input, shell, piece, (uint32_t)pieces, stray) != 0;
         for (uint32_t p = 0; p < (uint32_t)pieces; p++)
             *count += stray[p];
-        if (*count)
+        if (!failed && *count)
             failed = collect_strays(decoded, piece, stray, frame, shell, set) != 0;
     }
     free(piece);

@@ -3,12 +3,12 @@
 # usage: install-deps.sh [--clang]      --clang: also the second compiler, for scripts/test.sh --all
 set -euo pipefail
 
-packages=(gcc g++ libc6-dev cmake ninja-build pkg-config zlib1g-dev libzstd-dev libopenblas-dev libcmocka-dev zstd)
+packages=(gcc g++ libc6-dev cmake ninja-build pkg-config zlib1g-dev libzstd-dev libcmocka-dev zstd)
 [ "${1:-}" = --clang ] && packages+=(clang)
 
 if ! command -v dpkg-query >/dev/null || ! command -v apt-get >/dev/null; then
     echo "install-deps: this is not Debian; please make sure that these are installed:"
-    echo "  a C11 compiler, CMake 3.25, Ninja or make, pkg-config, zlib, zstd, OpenBLAS, cmocka"
+    echo "  a C11 compiler, CMake 3.25, Ninja or make, pkg-config, zlib, zstd, cmocka"
     exit 0
 fi
 
