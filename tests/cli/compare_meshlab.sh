@@ -135,11 +135,12 @@ check() {
     local name=$1 reference peak ours theirs
     reference=$work/$name/${name}_$(printf %04d "$2").obj
     "$bin/nsdf-enc" -q --preset fast --steps 1500 --frame-step "$3" --resolution 128 -o "$work/$name.nsdf" "$work/$name"
-    "$bin/nsdf-dec" -q --frames "$2" -o "$work/$name.ply" "$work/$name.nsdf"
+    "$bin/nsdf-dec" -q --frames "$2" -o "$work/$name-decoded.obj" "$work/$name.nsdf"
     obj_to_off "$reference" >"$work/$name.off"
+    obj_to_off "$work/$name-decoded.obj" >"$work/$name-decoded.off"
     peak=$(longest_side "$reference")
-    ours=$(our_distances "$reference" "$work/$name.ply" "$4" "$peak")
-    theirs=$(meshlab_distances "$work/$name.off" "$work/$name.ply" "$4")
+    ours=$(our_distances "$reference" "$work/$name-decoded.obj" "$4" "$peak")
+    theirs=$(meshlab_distances "$work/$name.off" "$work/$name-decoded.off" "$4")
     report "$name $2" "$ours" "$theirs" "$peak" || failures=$((failures + 1))
 }
 
