@@ -1,10 +1,21 @@
 #!/usr/bin/env bash
 # Installs what the build and the tests need, on Debian and its relatives; says what is needed elsewhere.
-# usage: install-deps.sh [--clang]      --clang: also the second compiler, for scripts/test.sh --all
+# usage: install-deps.sh [--clang] [--meshlab]
+#   --clang     also the second compiler, for scripts/test.sh --all
+#   --meshlab   also what the test compare_meshlab compares with
 set -euo pipefail
 
 packages=(gcc g++ libc6-dev cmake ninja-build pkg-config zlib1g-dev libzstd-dev libcmocka-dev zstd)
-[ "${1:-}" = --clang ] && packages+=(clang)
+for option in "$@"; do
+    case $option in
+    --clang) packages+=(clang) ;;
+    --meshlab) packages+=(meshlab xvfb xauth) ;;
+    *)
+        echo "install-deps: unknown option: $option" >&2
+        exit 2
+        ;;
+    esac
+done
 
 if ! command -v dpkg-query >/dev/null || ! command -v apt-get >/dev/null; then
     echo "install-deps: this is not Debian; please make sure that these are installed:"

@@ -144,7 +144,7 @@ static void measure_distances(void *data, uint32_t index, uint32_t worker) {
         nsdf_measure_points(&task, chunk, &c->sums[(size_t)from * c->point_chunks + chunk]);
     } else {
         chunk -= c->point_chunks;
-        nsdf_measure_vertices(&task, chunk, c->frame.diagonal, from == DECODED ? c->vertex_distance : NULL,
+        nsdf_measure_vertices(&task, &c->frame, chunk, from == DECODED ? c->vertex_distance : NULL,
                               &c->maxima[from == REFERENCE ? chunk : c->vertex_chunks[0] + chunk]);
     }
 }

@@ -6,7 +6,8 @@
 
 /* What the rounding of single-precision coordinates of up to 1/2 may make of 0. */
 static const double least_distance = 0x1p-22;
-/* Further away, in diagonals, the distance to a surface is that to its centre, to the precision of the coordinates. */
+/* Further away, in diagonals, the distance to a surface is that to the pair's centre, as exactly as in the coordinates,
+ * which may even be too large for single precision. */
 static const float far_away = 1e7f;
 
 /* Searches along a sequence of points: the nearest is not further than the last point's nearest. */
@@ -79,7 +80,17 @@ static bool is_far(const float point[3]) {
     return !(fabsf(point[0]) < far_away && fabsf(point[1]) < far_away && fabsf(point[2]) < far_away);
 }
 
-void nsdf_measure_vertices(const nsdf_distance_task *task, uint32_t chunk, double unit, double *distance, double *max) {
+/* From the pair's centre, world units. */
+static double distance_from_centre(const nsdf_pair_frame *frame, const double position[3]) {
+    double sum = 0.0;
+    for (int k = 0; k < 3; k++) {
+        sum = hypot(sum, position[k] - frame->centre[k]);
+    }
+    return sum;
+}
+
+void nsdf_measure_vertices(const nsdf_distance_task *task, const nsdf_pair_frame *frame, uint32_t chunk,
+                           double *distance, double *max) {
     const nsdf_compared_mesh *from = task->from;
     trail surface = begin_trail(&task->to->index);
     uint32_t end = nsdf_chunk_end(chunk, from->surface.vertex_count);
@@ -91,10 +102,10 @@ void nsdf_measure_vertices(const nsdf_distance_task *task, uint32_t chunk, doubl
             double d = distance_of(&found);
             *max = from->used[i] ? fmax(*max, d) : *max;
             if (distance != NULL) {
-                distance[i] = unit * d;
+                distance[i] = frame->diagonal * d;
             }
         } else if (distance != NULL) {
-            distance[i] = unit * hypot(hypot((double)point[0], (double)point[1]), (double)point[2]);
+            distance[i] = distance_from_centre(frame, &from->mesh->positions[3 * (size_t)i]);
         }
     }
 }

@@ -20,7 +20,8 @@ typedef struct nsdf_distance_task {
 void nsdf_measure_points(const nsdf_distance_task *task, uint32_t chunk, nsdf_distance_sums *sums);
 
 /* One chunk of the vertices of `from`.  *max becomes the largest distance of those that a triangle uses;
- * distance[vertex] (may be NULL) gets the distance, times `unit`, of all. */
-void nsdf_measure_vertices(const nsdf_distance_task *task, uint32_t chunk, double unit, double *distance, double *max);
+ * distance[vertex] (may be NULL) gets the distance of all, in world units. */
+void nsdf_measure_vertices(const nsdf_distance_task *task, const nsdf_pair_frame *frame, uint32_t chunk,
+                           double *distance, double *max);
 
 #endif
