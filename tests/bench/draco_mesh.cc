@@ -3,6 +3,7 @@
 
 #include <draco/compression/decode.h>
 #include <draco/compression/encode.h>
+#include <draco/core/draco_version.h>
 #include <draco/mesh/triangle_soup_mesh_builder.h>
 
 #include <cstdio>
@@ -124,4 +125,8 @@ void draco_mesh_copy(const draco_mesh_decoded *decoded, float *positions, uint32
     for (uint32_t i = 0; indices != nullptr && i < mesh.num_faces(); i++)
         for (size_t k = 0; k < 3; k++)
             indices[3 * static_cast<size_t>(i) + k] = mesh.face(draco::FaceIndex(i))[k].value();
+}
+
+const char *draco_mesh_version(void) {
+    return draco::kDracoVersion;
 }

@@ -42,6 +42,9 @@ uint32_t draco_mesh_triangle_count(const draco_mesh_decoded *decoded);
 /* positions [vertex_count][3], indices [triangle_count][3]; either may be NULL. */
 void draco_mesh_copy(const draco_mesh_decoded *decoded, float *positions, uint32_t *indices);
 
+/* The library's version, "1.5.5". */
+const char *draco_mesh_version(void);
+
 #ifdef __cplusplus
 }
 #endif
