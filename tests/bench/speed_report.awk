@@ -30,6 +30,19 @@ function add(    i) {
         cell[count, i] = $i
     if ($1 == "fit" && $2 ~ /^fitting 3 x 80 / && !(($3, $6) in kernel))
         kernel[$3, $6] = count
+    # The last set listed is the fastest.
+    if ($1 == "fit" && $2 ~ /^register loop /)
+        loop[$3] = count
+}
+
+# Whether there was a second core to measure two threads on: the loop has nothing that threads would share.
+function second_core(    gain) {
+    if (!loop[1] || !loop[2])
+        return
+    gain = cell[loop[2], 5] / cell[loop[1], 5]
+    key[++keys] = "second core"
+    value[keys] = sprintf("%s: the register loop with two threads does %.2f times the work (median)",
+        gain < 1.8 ? "busy or missing, rows of two threads mean little" : "free", gain)
 }
 
 # GFLOP/s of the whole encoder, after its row of samples.
@@ -145,6 +158,7 @@ END {
     for (i = 1; i <= rows; i++)
         if (cell[i, 1] == "encode" && cell[i, 6] == "samples/s")
             whole_fit(i)
+    second_core()
     if (format == "json")
         print_json()
     else if (format == "csv")
