@@ -29,7 +29,7 @@ static const struct {
 
 static const bench_speed_options full = {{40, 7, 15.0, 0.004}, {1, 2}, 20000, 1 << 16, 2048, {32, 64, 80, 128, 256},
                                          {64, 128, 256, 512},  5,      NULL,  NULL};
-static const bench_speed_options quick = {{15, 3, 3.0, 0.003}, {1, 2}, 10000, 1 << 15, 2048, {32, 64, 80, 128, 256},
+static const bench_speed_options quick = {{15, 4, 4.0, 0.003}, {1, 2}, 10000, 1 << 15, 2048, {32, 64, 80, 128, 256},
                                           {64, 128, 256, 512}, 2,      NULL,  NULL};
 static const bench_speed_options tiny = {{1, 1, 0.0, 0.0},       {1, 2},   100, 1 << 10, 64,
                                          {32, 64, 80, 128, 256}, {16, 32}, 2,   NULL,    NULL};

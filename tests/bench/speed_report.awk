@@ -49,6 +49,18 @@ function whole_fit(at,    rate, flop, ratio, i) {
             cell[count, i] = sprintf("%.4g", ratio * cell[flop, i])
 }
 
+# How much two threads gain in the register loop, where there is nothing else to hold them back.
+function add_gain(    i, loop) {
+    for (i = 1; i <= count; i++)
+        if (cell[i, 1] == "fit" && cell[i, 2] ~ /^register loop/)
+            loop[cell[i, 3]] = cell[i, 4] # the last one is the fastest set
+    if (!loop[1] || !loop[2])
+        return
+    key[++keys] = "two threads"
+    value[keys] = sprintf("%.2f x one, in the register loop%s", loop[2] / loop[1], loop[2] < 1.8 * loop[1] ? \
+        ": other programs run, or the two share a core; their rows and ratios mean little" : "")
+}
+
 function is_number(text) {
     return text ~ /^-?[0-9.]+([eE][-+]?[0-9]+)?$/
 }
@@ -141,6 +153,7 @@ function print_json(    i, j, line) {
 }
 
 END {
+    add_gain()
     rows = count
     for (i = 1; i <= rows; i++)
         if (cell[i, 1] == "encode" && cell[i, 6] == "samples/s")
