@@ -53,7 +53,7 @@ has() {
 
 best=$(sed -nE 's/.*"fastest instruction set": "([^"]*)".*/\1/p' "$work/speed.json")
 [ -n "$best" ] || fail "speed.json does not name the instruction set"
-grep -q '"second core": ' "$work/speed.json" || fail "speed.json does not tell whether two threads had two cores"
+grep -q '"two threads": "[0-9.]* x one' "$work/speed.json" || fail "speed.json does not tell what two threads gain"
 
 for rule in pseudo-normal winding shell; do
     expect sdf "$rule: build" ms 1
