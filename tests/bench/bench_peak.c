@@ -63,7 +63,7 @@ static void run_fma(void *data) {
 double bench_peak_fma_case(bench_peak *peak, bench_isa isa, bench_case *timed) {
     const uint32_t threads = nsdf_workers_count(peak->team);
     peak->fma[isa] = (fma_job){peak->team, isa, 0};
-    *timed = (bench_case){"", threads, run_fma, &peak->fma[isa], 0, 0, 0};
+    *timed = (bench_case){"", threads, run_fma, &peak->fma[isa], 0, 0, 0, 0};
     snprintf(timed->measure, sizeof timed->measure, "register loop %s", bench_isa_name(isa));
     return threads * bench_fma_flop(isa, TURNS);
 }
@@ -81,7 +81,7 @@ static void run_sgemm(void *data) {
 
 double bench_peak_sgemm_case(bench_peak *peak, bench_case *timed) {
     const double n = peak->size;
-    *timed = (bench_case){"", nsdf_workers_count(peak->team), run_sgemm, peak, 0, 0, 0};
+    *timed = (bench_case){"", nsdf_workers_count(peak->team), run_sgemm, peak, 0, 0, 0, 0};
     snprintf(timed->measure, sizeof timed->measure, "OpenBLAS sgemm %lu", (unsigned long)peak->size);
     return 2.0 * n * n * n;
 }

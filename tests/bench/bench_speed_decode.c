@@ -39,7 +39,7 @@ static int bench_opening(const bench_speed_options *options) {
     int failed = 0;
     for (int i = 0; i < 2 * BENCH_TEAMS; i++) {
         openings[i] = (opening){options, options->threads[i % BENCH_TEAMS], i / BENCH_TEAMS, 0};
-        cases[i] = (bench_case){"", openings[i].threads, run_opening, &openings[i], 0, 0, 0};
+        cases[i] = (bench_case){"", openings[i].threads, run_opening, &openings[i], 0, 0, 0, 0};
         snprintf(cases[i].measure, sizeof cases[i].measure, "%s", names[i / BENCH_TEAMS]);
     }
     bench_run(&options->plan, cases, 2 * BENCH_TEAMS);
@@ -95,7 +95,7 @@ static int bench_resolution(const bench_speed_options *options, bench_frames fra
     int failed = 0;
     for (int t = 0; t < BENCH_TEAMS; t++) {
         frames[t].options.resolution = resolution;
-        cases[t] = (bench_case){"", options->threads[t], bench_frames_run, &frames[t], 0, 0, 0};
+        cases[t] = (bench_case){"", options->threads[t], bench_frames_run, &frames[t], 0, 0, 0, 0};
         snprintf(cases[t].measure, sizeof cases[t].measure, "frame at %lu", (unsigned long)resolution);
     }
     bench_run(&options->plan, cases, BENCH_TEAMS);
@@ -140,7 +140,7 @@ static int add_evaluation(bench *b, uint32_t threads, uint32_t cpu_mask, int wit
     bench_case *timed = &b->cases[b->count];
     evaluation *e = &b->evaluations[b->count++];
     bench_flop flop;
-    *timed = (bench_case){"", threads, run_evaluation, e, 0, 0, 0};
+    *timed = (bench_case){"", threads, run_evaluation, e, 0, 0, 0, 0};
     if (bench_frames_open(&e->frames, b->options, threads, cpu_mask) != 0 ||
         bench_check("the network", bench_network_flop(e->frames.decoder, 0.0, &flop)) != 0)
         return -1;
@@ -189,7 +189,8 @@ static void print_evaluation(const bench *b, uint32_t index) {
     row = bench_rate(section, timed, 1e-9 * e->flop, "GFLOP/s");
     for (uint32_t i = 0; i < b->peaks; i++)
         if (b->peak_isa[i] == e->isa && b->cases[i].threads == timed->threads)
-            row.of_fma = row.best / (1e-9 * b->peak_flop[i] / b->cases[i].best);
+            row.of_fma =
+                e->flop / bench_compared_seconds(timed) / (b->peak_flop[i] / bench_compared_seconds(&b->cases[i]));
     bench_print(&row);
 }
 

@@ -75,15 +75,16 @@ static int code_frames(bench_frames *frames, coded_frames *coded) {
 static void print_times(const bench_case *timed, uint32_t frames, double vertices, const bench_case *of,
                         double of_vertices) {
     bench_row row = bench_time(section, timed, 1e3 / frames, "ms/frame");
-    row.of_draco = of ? timed->best / of->best : 0.0;
+    const double ratio = of ? bench_compared_seconds(timed) / bench_compared_seconds(of) : 0.0;
+    row.of_draco = ratio;
     bench_print(&row);
     row = bench_time(section, timed, 1e6 / vertices, "us/vertex");
-    row.of_draco = of ? timed->best / vertices / (of->best / of_vertices) : 0.0;
+    row.of_draco = ratio * of_vertices / vertices;
     bench_print(&row);
 }
 
 static int compare_frames(const bench_plan *plan, bench_frames *frames, coded_frames *coded, uint32_t resolution) {
-    bench_case cases[2] = {{"", 1, bench_frames_run, frames, 0, 0, 0}, {"", 1, run_decoder, coded, 0, 0, 0}};
+    bench_case cases[2] = {{"", 1, bench_frames_run, frames, 0, 0, 0, 0}, {"", 1, run_decoder, coded, 0, 0, 0, 0}};
     snprintf(cases[0].measure, sizeof cases[0].measure, "frame at %lu: NSDF", (unsigned long)resolution);
     snprintf(cases[1].measure, sizeof cases[1].measure, "frame at %lu: Draco", (unsigned long)resolution);
     bench_run(plan, cases, 2);
@@ -135,7 +136,7 @@ static int code_originals(const bench_speed_options *options, coded_frames *code
 
 static int bench_originals(const bench_speed_options *options) {
     coded_frames *coded = bench_allocate_zeroed(1, sizeof *coded);
-    bench_case timed = {"original frame: Draco", 1, run_decoder, coded, 0, 0, 0};
+    bench_case timed = {"original frame: Draco", 1, run_decoder, coded, 0, 0, 0, 0};
     int failed = code_originals(options, coded);
     if (!failed) {
         bench_run(&options->plan, &timed, 1);

@@ -153,7 +153,7 @@ static void run_sine(void *data) {
 static job *add_case(bench *b, const char *measure, uint32_t threads, void (*run)(void *data)) {
     job *j = &b->jobs[b->count];
     bench_case *timed = &b->cases[b->count++];
-    *timed = (bench_case){"", threads, run, j, 0, 0, 0};
+    *timed = (bench_case){"", threads, run, j, 0, 0, 0, 0};
     snprintf(timed->measure, sizeof timed->measure, "%s", measure);
     return j;
 }
@@ -233,7 +233,7 @@ static void add_width(bench *b, uint32_t width) {
 static double peak_of(const bench *b, const char *measure, uint32_t threads) {
     for (uint32_t i = 0; i < b->count; i++)
         if (b->cases[i].threads == threads && strncmp(b->cases[i].measure, measure, strlen(measure)) == 0)
-            return b->jobs[i].flop / b->cases[i].best;
+            return b->jobs[i].flop / bench_compared_seconds(&b->cases[i]);
     return 0.0;
 }
 
@@ -246,11 +246,11 @@ static void print_case(const bench *b, uint32_t i) {
         bench_print(&row);
         return;
     }
-    const double sgemm = peak_of(b, "OpenBLAS", timed->threads);
+    const double rate = j->flop / bench_compared_seconds(timed), sgemm = peak_of(b, "OpenBLAS", timed->threads);
     snprintf(loop, sizeof loop, "register loop %s", bench_isa_name(j->isa));
     bench_row row = bench_rate(section, timed, 1e-9 * j->flop, "GFLOP/s");
-    row.of_sgemm = sgemm > 0 ? 1e9 * row.best / sgemm : 0.0;
-    row.of_fma = 1e9 * row.best / peak_of(b, loop, timed->threads);
+    row.of_sgemm = sgemm > 0 ? rate / sgemm : 0.0;
+    row.of_fma = rate / peak_of(b, loop, timed->threads);
     bench_print(&row);
     if (j->samples > 0) {
         row = bench_rate(section, timed, j->samples, "samples/s");

@@ -9,25 +9,35 @@ enum { LINE = 64 };
 
 static const double most_repeats = 1e6;
 
-double bench_seconds(void) {
+/* ---- Timing ------------------------------------------------------------------------------------------------ */
+
+static double clock_seconds(clockid_t clock) {
     struct timespec now;
-    clock_gettime(CLOCK_MONOTONIC, &now);
+    clock_gettime(clock, &now);
     return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
 }
 
-/* ---- Timing ------------------------------------------------------------------------------------------------ */
+double bench_seconds(void) {
+    return clock_seconds(CLOCK_MONOTONIC);
+}
 
-static double seconds_a_call(const bench_case *timed, uint32_t repeats) {
-    const double start = bench_seconds();
+/* Notes the least processor time that a call took. */
+static double seconds_a_call(bench_case *timed, uint32_t repeats) {
+    const double start_cpu = clock_seconds(CLOCK_THREAD_CPUTIME_ID), start = bench_seconds();
     for (uint32_t i = 0; i < repeats; i++)
         timed->run(timed->data);
-    return (bench_seconds() - start) / repeats;
+    const double seconds = (bench_seconds() - start) / repeats;
+    const double cpu = (clock_seconds(CLOCK_THREAD_CPUTIME_ID) - start_cpu) / repeats;
+    if (timed->threads == 1 && (timed->cpu <= 0.0 || cpu < timed->cpu))
+        timed->cpu = cpu;
+    return seconds;
 }
 
 /* The first call pages memory in and wakes threads; the second tells how often to repeat. */
-static uint32_t warm_up(const bench_case *timed, double run_seconds) {
+static uint32_t warm_up(bench_case *timed, double run_seconds) {
     seconds_a_call(timed, 1);
     const double wanted = run_seconds / (seconds_a_call(timed, 1) + 1e-9) + 1.0;
+    timed->cpu = 0.0;
     return (uint32_t)(wanted < most_repeats ? wanted : most_repeats);
 }
 
@@ -60,10 +70,14 @@ void bench_run(const bench_plan *plan, bench_case *cases, size_t count) {
     free(repeats);
 }
 
+double bench_compared_seconds(const bench_case *timed) {
+    return timed->cpu > 0.0 ? timed->cpu : timed->best;
+}
+
 /* ---- Rows -------------------------------------------------------------------------------------------------- */
 
 static bench_row row_of(const char *section, const bench_case *timed, const char *unit) {
-    bench_row row = {section, timed->measure, unit, timed->threads, timed->runs, 0, 0, 0, 0, 0};
+    bench_row row = {section, timed->measure, unit, timed->threads, timed->runs, 0, 0, 0, 0, 0, 0};
     return row;
 }
 
@@ -71,6 +85,7 @@ bench_row bench_rate(const char *section, const bench_case *timed, double work, 
     bench_row row = row_of(section, timed, unit);
     row.best = work / timed->best;
     row.median = work / timed->median;
+    row.cpu = timed->cpu > 0.0 ? work / timed->cpu : 0.0;
     return row;
 }
 
@@ -78,21 +93,22 @@ bench_row bench_time(const char *section, const bench_case *timed, double factor
     bench_row row = row_of(section, timed, unit);
     row.best = factor * timed->best;
     row.median = factor * timed->median;
+    row.cpu = factor * timed->cpu;
     return row;
 }
 
 bench_row bench_count(const char *section, const char *measure, uint32_t threads, double value, const char *unit) {
-    bench_row row = {section, measure, unit, threads, 0, value, value, 0, 0, 0};
+    bench_row row = {section, measure, unit, threads, 0, value, value, 0, 0, 0, 0};
     return row;
 }
 
 void bench_print_header(void) {
-    puts("section,measure,threads,best,median,unit,runs,of_sgemm,of_fma,of_draco");
+    puts("section,measure,threads,best,median,unit,runs,of_sgemm,of_fma,of_draco,cpu");
 }
 
-static void print_ratio(double ratio) {
-    if (ratio > 0)
-        printf(",%.4g", ratio);
+static void print_if_known(double value, int digits) {
+    if (value > 0)
+        printf(",%.*g", digits, value);
     else
         putchar(',');
 }
@@ -100,9 +116,10 @@ static void print_ratio(double ratio) {
 void bench_print(const bench_row *row) {
     printf("%s,%s,%lu,%.5g,%.5g,%s,%lu", row->section, row->measure, (unsigned long)row->threads, row->best,
            row->median, row->unit, (unsigned long)row->runs);
-    print_ratio(row->of_sgemm);
-    print_ratio(row->of_fma);
-    print_ratio(row->of_draco);
+    print_if_known(row->of_sgemm, 4);
+    print_if_known(row->of_fma, 4);
+    print_if_known(row->of_draco, 4);
+    print_if_known(row->cpu, 5);
     putchar('\n');
     fflush(stdout);
 }

@@ -23,6 +23,7 @@ typedef struct bench_case {
     void *data;
     uint32_t runs;       /* what follows is filled in */
     double best, median; /* seconds a call: the least and the median of the runs */
+    double cpu;          /* the least processor time of the calling thread; 0 where threads is not 1 */
 } bench_case;
 
 /* Seconds of CLOCK_MONOTONIC. */
@@ -31,12 +32,17 @@ double bench_seconds(void);
 /* Warms every case up, then runs them in turn, round after round, so that what is compared sees the same machine. */
 void bench_run(const bench_plan *plan, bench_case *cases, size_t count);
 
+/* Seconds a call for comparing cases of as many threads: processor time where it is known, because waiting for a core
+ * that another program has is no part of it, else the least of the runs. */
+double bench_compared_seconds(const bench_case *timed);
+
 /* A line of output. */
 typedef struct bench_row {
     const char *section, *measure, *unit;
     uint32_t threads, runs; /* runs 0: counted, not timed */
     double best, median;
-    double of_sgemm, of_fma, of_draco; /* `best` as a fraction of that of a peer in the same run; 0 = not compared */
+    double cpu;                        /* by processor time; 0 = not known */
+    double of_sgemm, of_fma, of_draco; /* as a fraction of a peer in the same run; 0 = not compared */
 } bench_row;
 
 /* work(units a call) / seconds. */

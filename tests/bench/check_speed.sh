@@ -33,7 +33,7 @@ expect() {
     done
 }
 
-# expect_ratio SECTION MEASURE UNIT COLUMN THREADS...: the row has a ratio there.
+# expect_ratio SECTION MEASURE UNIT COLUMN THREADS...: the row has a number in that column, which may be empty.
 expect_ratio() {
     local section=$1 measure=$2 unit=$3 column=$4 threads
     shift 4
@@ -66,6 +66,7 @@ for width in 32 64 80 128 256; do
     expect fit "fitting 3 x $width .*$best" GFLOP/s 1 2
     expect fit "fitting 3 x $width .*$best" samples/s 1 2
     expect_ratio fit "fitting 3 x $width .*$best" GFLOP/s of_fma 1 2
+    expect_ratio fit "fitting 3 x $width .*$best" GFLOP/s cpu 1
     expect fit "kernel: multiply $width wide" GFLOP/s 1
     expect fit "kernel: multiply transposed $width wide" GFLOP/s 1
     expect fit "kernel: outer product $width wide" GFLOP/s 1

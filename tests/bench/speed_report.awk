@@ -4,7 +4,7 @@
 # put beside its kernels: operations of a sample, and ratios, are those of the row of the same network and threads.
 BEGIN {
     FS = ","
-    columns = "section,measure,threads,best,median,unit,runs,of_sgemm,of_fma,of_draco"
+    columns = "section,measure,threads,best,median,unit,runs,of_sgemm,of_fma,of_draco,cpu"
     width = split(columns, column, ",")
     sections = split("sdf fit encode decode draco memory", order, " ")
     titles["sdf"] = "Signed distance to a mesh (sdf)"
@@ -102,8 +102,8 @@ function print_section(section,    i, any) {
 }
 
 # The columns that a section has.
-function line_of(section, measure, threads, best, median, unit, of_sgemm, of_fma, of_draco,    line) {
-    line = sprintf("%-36s %7s %12s %12s  %-11s", measure, threads, best, median, unit)
+function line_of(section, measure, threads, best, median, cpu, unit, of_sgemm, of_fma, of_draco,    line) {
+    line = sprintf("%-36s %7s %12s %12s %12s  %-11s", measure, threads, best, median, cpu, unit)
     if (section == "fit" || section == "encode")
         line = line sprintf(" %9s", of_sgemm)
     if (section == "fit" || section == "encode" || section == "decode")
@@ -116,12 +116,12 @@ function line_of(section, measure, threads, best, median, unit, of_sgemm, of_fma
 
 function print_heading(section) {
     printf "\n%s\n%s\n", titles[section],
-        line_of(section, "", "threads", "best", "median", "", "of sgemm", "of loop", "of Draco")
+        line_of(section, "", "threads", "best", "median", "cpu", "", "of sgemm", "of loop", "of Draco")
 }
 
 function print_line(i, section) {
     print line_of(section, cell[i, 2], cell[i, 3], pretty(cell[i, 4]), cell[i, 7] > 1 ? pretty(cell[i, 5]) : "",
-        cell[i, 6], percent(cell[i, 8]), percent(cell[i, 9]), cell[i, 10] == "" ? "" : sprintf("%.2f x", cell[i, 10]))
+        pretty(cell[i, 11]), cell[i, 6], percent(cell[i, 8]), percent(cell[i, 9]), cell[i, 10] == "" ? "" : sprintf("%.2f x", cell[i, 10]))
 }
 
 function print_csv(    i, j) {
