@@ -1,7 +1,8 @@
 #!/usr/bin/env bash
 # Installs what the build and the tests need, on Debian and its relatives; says what is needed elsewhere.
-# usage: install-deps.sh [--clang] [--meshlab]
+# usage: install-deps.sh [--clang] [--bench] [--meshlab]
 #   --clang     also the second compiler, for scripts/test.sh --all
+#   --bench     also what the programs in tests/bench compare with and draw with
 #   --meshlab   also what the test compare_meshlab compares with
 set -euo pipefail
 
@@ -10,6 +11,7 @@ for option in "$@"; do
     case $option in
     --clang) packages+=(clang) ;;
     --meshlab) packages+=(meshlab xvfb xauth) ;;
+    --bench) packages+=(draco libdraco-dev libmeshoptimizer-dev libopenblas-dev gnuplot-nox) ;;
     *)
         echo "install-deps: unknown option: $option" >&2
         exit 2

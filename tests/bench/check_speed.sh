@@ -1,0 +1,107 @@
+#!/usr/bin/env bash
+# Checks that the speed bench works and prints all of its rows; its figures mean nothing here.
+# usage: check_speed.sh BIN_FOLDER WORK_FOLDER
+set -euo pipefail
+export LC_ALL=C
+
+usage='usage: check_speed.sh BIN_FOLDER WORK_FOLDER'
+bin=${1:?$usage}
+work=${2:?$usage}
+here=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
+failures=0
+
+fail() {
+    printf '%s\n' "$*" >&2
+    failures=$((failures + 1))
+}
+
+rm -rf "$work"
+"$here/speed" --tiny --bin "$bin" --out "$work" --csv "$work/speed.csv" --json "$work/speed.json" >"$work.txt"
+
+# expect SECTION MEASURE UNIT THREADS...: for each count of threads one row, with positive numbers (seconds may be
+# rounded to 0).  MEASURE is a pattern.
+expect() {
+    local section=$1 measure=$2 unit=$3 threads
+    shift 3
+    for threads in "$@"; do
+        awk -F, -v section="$section" -v measure="^$measure\$" -v unit="$unit" -v threads="$threads" '
+            $1 == section && $2 ~ measure && $3 == threads && $6 == unit {
+                found += ($4 > 0 || unit == "s") && $5 != ""
+            }
+            END { exit found != 1 }' "$work/speed.csv" ||
+            fail "not one row: $section, $measure, $threads threads, $unit"
+    done
+}
+
+# expect_ratio SECTION MEASURE UNIT COLUMN THREADS...: the row has a number in that column, which may be empty.
+expect_ratio() {
+    local section=$1 measure=$2 unit=$3 column=$4 threads
+    shift 4
+    for threads in "$@"; do
+        awk -F, -v section="$section" -v measure="^$measure\$" -v unit="$unit" -v threads="$threads" \
+            -v column="$column" '
+            NR == 1 { for (i = 1; i <= NF; i++) if ($i == column) at = i }
+            $1 == section && $2 ~ measure && $3 == threads && $6 == unit && at && $at > 0 { found = 1 }
+            END { exit !found }' "$work/speed.csv" ||
+            fail "no $column: $section, $measure, $threads threads, $unit"
+    done
+}
+
+has() {
+    ! grep -q "\"$1\": \"not built in\"" "$work/speed.json"
+}
+
+best=$(sed -nE 's/.*"fastest instruction set": "([^"]*)".*/\1/p' "$work/speed.json")
+[ -n "$best" ] || fail "speed.json does not name the instruction set"
+grep -q '"two threads": "[0-9.]* x one' "$work/speed.json" || fail "speed.json does not tell what two threads gain"
+
+for rule in pseudo-normal winding shell; do
+    expect sdf "$rule: build" ms 1
+    for place in 'within 0.002' 'within 0.02' 'in the box'; do
+        expect sdf "$rule: $place" samples/s 1 2
+    done
+done
+expect fit "register loop $best" GFLOP/s 1 2
+for width in 32 64 80 128 256; do
+    expect fit "fitting 3 x $width .*$best" GFLOP/s 1 2
+    expect fit "fitting 3 x $width .*$best" samples/s 1 2
+    expect_ratio fit "fitting 3 x $width .*$best" GFLOP/s of_fma 1 2
+    expect_ratio fit "fitting 3 x $width .*$best" GFLOP/s cpu 1
+    expect fit "kernel: multiply $width wide" GFLOP/s 1
+    expect fit "kernel: multiply transposed $width wide" GFLOP/s 1
+    expect fit "kernel: outer product $width wide" GFLOP/s 1
+done
+for stage in sample fit code verify; do
+    expect encode "nsdf-enc: $stage" "$([ "$stage" = fit ] && echo samples/s || echo s)" 2
+done
+expect_ratio encode 'nsdf-enc: fit' GFLOP/s of_fma 2
+expect decode 'open and close' ms 1 2
+expect decode 'open to first frame' ms 1 2
+for resolution in 16 32; do
+    expect decode "frame at $resolution" ms/frame 1 2
+    expect decode "frame at $resolution: values" points 1
+    expect decode "frame at $resolution: gradients" points 1
+    expect memory "frame at $resolution" MB 1 2
+done
+for what in value gradient; do
+    expect decode "nsdf_evaluate: $what $best" Mpoints/s 1 2
+    expect_ratio decode "nsdf_evaluate: $what $best" GFLOP/s of_fma 1 2
+done
+if has OpenBLAS; then
+    expect fit 'OpenBLAS sgemm 64' GFLOP/s 1 2
+    expect_ratio fit "fitting 3 x 80 $best" GFLOP/s of_sgemm 1 2
+fi
+if has Draco; then
+    for resolution in 16 32; do
+        expect draco "frame at $resolution: NSDF" ms/frame 1
+        expect draco "frame at $resolution: Draco" us/vertex 1
+        expect_ratio draco "frame at $resolution: NSDF" us/vertex of_draco 1
+    done
+    expect draco 'original frame: Draco' us/vertex 1
+fi
+
+rows=$(($(wc -l <"$work/speed.csv") - 1))
+[ "$(grep -c '"section"' "$work/speed.json")" = "$rows" ] || fail "speed.json has not the $rows rows of speed.csv"
+grep -q "^frame at 32 " "$work.txt" || fail "the table has no frames"
+echo "$rows rows; $failures failures"
+[ "$failures" -eq 0 ]
