@@ -12,3 +12,4 @@ fails 2 'out of range' nsdf-dec --times 0.5 -o null: fixture/tiny.nsdf
 fails 2 'out of range' nsdf-dec --times=-1 -o null: fixture/tiny.nsdf
 fails 2 'no frame 9' nsdf-dec --frames 4-9 -o null: fixture/tiny.nsdf
 fails 2 --frames nsdf-dec --frames 3-x -o null: fixture/tiny.nsdf
+nsdf-dec --frames 1-5/2,0 --resolution 8 -o hash: -q fixture/tiny.nsdf | awk '{ printf "%.5f\n", $2 }'
