@@ -18,7 +18,9 @@ set style line 2 linecolor rgb "#d9822b" linewidth 2 pointtype 5 pointsize 0.5
 set style line 3 linecolor rgb "#2e8b57" linewidth 1.5 pointtype 9 pointsize 1.1
 set style line 4 linecolor rgb "#2e8b57" linewidth 1.5 pointtype 8 pointsize 1.1
 set style line 5 linecolor rgb "#8c8c8c" linewidth 1.5 pointtype 1 pointsize 0.9
-set grid linecolor rgb "#dddddd"
+set grid xtics ytics linetype 1 linewidth 0.5 linecolor rgb "#dddddd"
+set autoscale fix
+set offsets graph 0.04, graph 0.04, graph 0.04, graph 0.04
 set logscale x
 set xtics (50, 100, 200, 500, "1k" 1000, "2k" 2000, "5k" 5000, "10k" 10000, "20k" 20000, "50k" 50000, "100k" 100000)
 
@@ -37,7 +39,7 @@ do for [name in sequences] {
             set ytics auto
             set ylabel "PSNR D2, dB"
             value = "psnr_d2"
-            set key bottom right samplen 1.5 spacing 1.0
+            set key top left Left reverse samplen 1.5 spacing 1.0
         } else {
             set logscale y
             set ytics ("2e-5" 2e-5, "5e-5" 5e-5, "1e-4" 1e-4, "2e-4" 2e-4, "5e-4" 5e-4, "1e-3" 1e-3, "2e-3" 2e-3, \
