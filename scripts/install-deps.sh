@@ -22,6 +22,7 @@ done
 if ! command -v dpkg-query >/dev/null || ! command -v apt-get >/dev/null; then
     echo "install-deps: this is not Debian; please make sure that these are installed:"
     echo "  a C11 compiler, CMake 3.25, Ninja or make, pkg-config, zlib, zstd, cmocka"
+    echo "  for tests/bench: a C++17 compiler, Draco, meshoptimizer, OpenBLAS, gnuplot"
     exit 0
 fi
 
