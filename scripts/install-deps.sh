@@ -11,7 +11,7 @@ for option in "$@"; do
     case $option in
     --clang) packages+=(clang) ;;
     --meshlab) packages+=(meshlab xvfb xauth) ;;
-    --bench) packages+=(draco libdraco-dev libmeshoptimizer-dev libopenblas-dev gnuplot-nox) ;;
+    --bench) packages+=(draco libdraco-dev libopenblas-dev gnuplot-nox) ;;
     *)
         echo "install-deps: unknown option: $option" >&2
         exit 2
@@ -22,7 +22,7 @@ done
 if ! command -v dpkg-query >/dev/null || ! command -v apt-get >/dev/null; then
     echo "install-deps: this is not Debian; please make sure that these are installed:"
     echo "  a C11 compiler, CMake 3.25, Ninja or make, pkg-config, zlib, zstd, cmocka"
-    echo "  for tests/bench: a C++17 compiler, Draco, meshoptimizer, OpenBLAS, gnuplot"
+    echo "  for tests/bench: a C++17 compiler, Draco, OpenBLAS, gnuplot"
     exit 0
 fi
 

@@ -10,7 +10,7 @@ fixture=$(cd "${2:?usage: check_rd.sh BIN_FOLDER FIXTURE_FOLDER}" && pwd)
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
 if [ ! -x "$bin/rd_draco" ] || ! command -v gnuplot >/dev/null; then
-    echo "needs libdraco-dev, libmeshoptimizer-dev and gnuplot-nox (scripts/install-deps.sh --bench)"
+    echo "needs libdraco-dev and gnuplot-nox (scripts/install-deps.sh --bench)"
     exit 77
 fi
 
