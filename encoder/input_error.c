@@ -13,6 +13,16 @@ nsdf_shown_path nsdf_show_path(const char *path) {
     return shown;
 }
 
+nsdf_shown_token nsdf_show_token(const char *token, size_t length) {
+    nsdf_shown_token shown;
+    size_t n = 0;
+    for (; n < NSDF_SHOWN_TOKEN && n < length; n++) {
+        shown.text[n] = token[n] >= ' ' && token[n] <= '~' ? token[n] : '?';
+    }
+    strcpy(shown.text + n, n < length ? "..." : "");
+    return shown;
+}
+
 nsdf_status nsdf_input_fail(nsdf_encoder_error *error, nsdf_status status, const char *format, ...) {
     if (error != NULL) {
         va_list arguments;

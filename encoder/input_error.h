@@ -13,6 +13,16 @@ typedef struct nsdf_shown_path {
 
 nsdf_shown_path nsdf_show_path(const char *path);
 
+/* The longest word of a file that messages show in full. */
+#define NSDF_SHOWN_TOKEN 24
+
+typedef struct nsdf_shown_token {
+    char text[NSDF_SHOWN_TOKEN + 4];
+} nsdf_shown_token;
+
+/* Unprintable characters become '?'. */
+nsdf_shown_token nsdf_show_token(const char *token, size_t length);
+
 /* Fills *error (may be NULL) and returns the status. */
 #if defined(__GNUC__)
 __attribute__((format(printf, 3, 4)))

@@ -3,12 +3,12 @@
 #include <stdlib.h>
 
 #include "input_error.h"
-#include "obj_read.h"
+#include "input_file.h"
 #include "sequence_paths.h"
 
 struct nsdf_sequence {
     nsdf_path_list paths;
-    nsdf_obj_mesh mesh; /* of the last load */
+    nsdf_file_mesh mesh; /* of the last load */
 };
 
 static nsdf_status expand_inputs(nsdf_sequence *s, const char *const *inputs, size_t count, nsdf_encoder_error *error) {
@@ -45,7 +45,7 @@ nsdf_status nsdf_sequence_open(nsdf_sequence **sequence, const char *const *inpu
 void nsdf_sequence_close(nsdf_sequence **sequence) {
     if (sequence != NULL && *sequence != NULL) {
         nsdf_path_list_free(&(*sequence)->paths);
-        nsdf_obj_mesh_free(&(*sequence)->mesh);
+        nsdf_file_mesh_free(&(*sequence)->mesh);
         free(*sequence);
         *sequence = NULL;
     }
@@ -66,7 +66,7 @@ nsdf_status nsdf_sequence_load(nsdf_sequence *sequence, uint32_t index, nsdf_inp
         return nsdf_input_fail(error, NSDF_INVALID_ARGUMENT, "the sequence has %u frames, there is no frame %u",
                                nsdf_sequence_frame_count(sequence), index);
     }
-    nsdf_status status = nsdf_obj_read(path, &sequence->mesh, error);
+    nsdf_status status = nsdf_input_read_mesh(path, &sequence->mesh, error);
     if (status == NSDF_OK) {
         *mesh = (nsdf_input_mesh){.positions = sequence->mesh.positions,
                                   .indices = sequence->mesh.indices,

@@ -10,6 +10,7 @@
 #include <sys/stat.h>
 
 #include "input_error.h"
+#include "input_file.h"
 #include "number_pattern.h"
 
 #define MAX_LINE 4096 /* of a list file, with the zero */
@@ -127,21 +128,6 @@ static path_kind kind_of(const char *path) {
     return S_ISREG(info.st_mode) ? PATH_FILE : S_ISDIR(info.st_mode) ? PATH_FOLDER : PATH_OTHER;
 }
 
-static bool has_suffix(const char *name, const char *suffix) {
-    size_t length = strlen(name), n = strlen(suffix);
-    if (length <= n) {
-        return false;
-    }
-    for (size_t i = 0; i < n; i++) {
-        char c = name[length - n + i];
-        c = c >= 'A' && c <= 'Z' ? (char)(c | 0x20) : c;
-        if (c != suffix[i]) {
-            return false;
-        }
-    }
-    return true;
-}
-
 /* ---- Folders and patterns ---- */
 
 /* Calls `chosen` for the name of every entry that is not hidden, and appends the regular files among those it wants. */
@@ -186,16 +172,19 @@ static nsdf_status list_folder(nsdf_path_list *list, const char *folder, size_t 
     return status;
 }
 
-static bool is_obj_name(const void *unused, const char *name) {
-    (void)unused;
-    return has_suffix(name, ".obj");
+static bool has_suffix(const void *suffix, const char *name) {
+    return nsdf_input_has_suffix(name, suffix);
 }
 
+/* A folder may hold the same frames as OBJ and as PLY: one kind is enough. */
 static nsdf_status expand_folder(nsdf_path_list *list, const char *folder, nsdf_encoder_error *error) {
     size_t first = list->count;
-    nsdf_status status = list_folder(list, folder, strlen(folder), is_obj_name, NULL, error);
+    nsdf_status status = list_folder(list, folder, strlen(folder), has_suffix, ".obj", error);
     if (status == NSDF_OK && list->count == first) {
-        return nsdf_input_fail(error, NSDF_IO, "empty folder '%s': no .obj files", nsdf_show_path(folder).text);
+        status = list_folder(list, folder, strlen(folder), has_suffix, ".ply", error);
+    }
+    if (status == NSDF_OK && list->count == first) {
+        return nsdf_input_fail(error, NSDF_IO, "empty folder '%s': no .obj or .ply files", nsdf_show_path(folder).text);
     }
     sort_paths(list, first);
     return status;
@@ -329,8 +318,9 @@ nsdf_status nsdf_expand_input(nsdf_path_list *list, const char *input, nsdf_enco
     case PATH_FOLDER:
         return expand_folder(list, input, error);
     case PATH_FILE:
-        return has_suffix(input, ".txt") || has_suffix(input, ".lst") ? expand_list(list, input, error)
-                                                                      : append(list, strdup(input), error);
+        return nsdf_input_has_suffix(input, ".txt") || nsdf_input_has_suffix(input, ".lst")
+                   ? expand_list(list, input, error)
+                   : append(list, strdup(input), error);
     case PATH_OTHER:
         return nsdf_input_fail(error, NSDF_IO, "'%s' is neither a regular file nor a folder",
                                nsdf_show_path(input).text);

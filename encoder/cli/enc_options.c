@@ -12,8 +12,8 @@ static const char help_text[] =
     "Usage: nsdf-enc [options] INPUT... -o OUT.nsdf\n"
     "\n"
     "Fits a small neural network to the signed distance function of a mesh sequence and writes it as an .nsdf file.\n"
-    "INPUT is a folder of OBJ frames, a pattern (walk_%04d.obj), a glob (\"walk_*.obj\"), a list file (.txt, .lst) or\n"
-    "single OBJ files.  Connectivity may change from frame to frame.\n"
+    "INPUT is a folder of OBJ or PLY frames, a pattern (walk_%04d.obj), a glob (\"walk_*.ply\"), a list file (.txt,\n"
+    ".lst) or single files.  Connectivity may change from frame to frame.\n"
     "\n"
     "  -o, --output FILE        file to write\n"
     "      --fps F              frames per second: 25, 29.97 or 60000/1001 (default 25)\n"
@@ -391,17 +391,18 @@ static int pass(enc_options *o, int argc, char **argv, int preset_only, int *wei
     return -1;
 }
 
-static int ends_in_obj(const char *name) {
+static int ends_in_mesh(const char *name) {
     const size_t length = strlen(name);
-    return length >= 4 && strcasecmp(name + length - 4, ".obj") == 0;
+    return length >= 4 && (strcasecmp(name + length - 4, ".obj") == 0 || strcasecmp(name + length - 4, ".ply") == 0);
 }
 
 /* "-o frames/" followed by a wildcard makes the first frame the output; it must not be written over. */
 static int check_output(const enc_options *options) {
     if (!options->output || !*options->output)
         return nsdf_cli_usage_error("no output: name it with -o OUT.nsdf");
-    if (ends_in_obj(options->output))
-        return nsdf_cli_usage_error("the output '%s' ends in .obj: name an .nsdf file", options->output);
+    if (ends_in_mesh(options->output))
+        return nsdf_cli_usage_error("the output '%s' ends in %s: name an .nsdf file", options->output,
+                                    options->output + strlen(options->output) - 4);
     if (options->report && strcmp(options->report, options->output) == 0)
         return nsdf_cli_usage_error("-o and --report name the same file");
     return -1;
@@ -423,6 +424,6 @@ int enc_options_parse(enc_options *options, int argc, char **argv) {
     if (options->encoder.input != NSDF_MODEL_XYZ && !weights_given)
         options->encoder.weight_time = NSDF_TIME_CONSTANT; /* time is an input already */
     if (options->input_count == 0)
-        return nsdf_cli_usage_error("no input: name a folder, a pattern or OBJ files");
+        return nsdf_cli_usage_error("no input: name a folder, a pattern or OBJ or PLY files");
     return check_output(options);
 }

@@ -12,12 +12,13 @@
 
 #include <cmocka.h>
 
+#include "input_file.h"
 #include "obj_number.h"
 #include "obj_read.h"
 #include "random.h"
 
 /* Parses a copy of exactly the size needed, so that the address sanitizer sees every step too far. */
-static nsdf_status parse_bytes(const char *text, size_t size, nsdf_obj_mesh *mesh, nsdf_encoder_error *error) {
+static nsdf_status parse_bytes(const char *text, size_t size, nsdf_file_mesh *mesh, nsdf_encoder_error *error) {
     char *copy = malloc(size + 1);
     memcpy(copy, text, size);
     copy[size] = '\0';
@@ -27,7 +28,7 @@ static nsdf_status parse_bytes(const char *text, size_t size, nsdf_obj_mesh *mes
 }
 
 static void assert_mesh(const char *text, uint32_t vertices, const char *triangles) {
-    nsdf_obj_mesh mesh = {0};
+    nsdf_file_mesh mesh = {0};
     nsdf_encoder_error error = {NSDF_OK, ""};
     char got[256] = "";
     if (parse_bytes(text, strlen(text), &mesh, &error) != NSDF_OK) {
@@ -39,18 +40,18 @@ static void assert_mesh(const char *text, uint32_t vertices, const char *triangl
         snprintf(got + length, sizeof got - length, "%s%u", i == 0 ? "" : i % 3 == 0 ? ", " : " ", mesh.indices[i]);
     }
     assert_string_equal(got, triangles);
-    nsdf_obj_mesh_free(&mesh);
+    nsdf_file_mesh_free(&mesh);
 }
 
 static void assert_failure(const char *text, const char *message) {
-    nsdf_obj_mesh mesh = {0};
+    nsdf_file_mesh mesh = {0};
     nsdf_encoder_error error = {NSDF_OK, ""};
     assert_int_equal(parse_bytes(text, strlen(text), &mesh, &error), NSDF_CORRUPT);
     assert_int_equal(error.status, NSDF_CORRUPT);
     assert_string_equal(error.message, message);
     assert_int_equal(mesh.triangle_count, 0);
     assert_int_equal(parse_bytes(text, strlen(text), &mesh, NULL), NSDF_CORRUPT);
-    nsdf_obj_mesh_free(&mesh);
+    nsdf_file_mesh_free(&mesh);
 }
 
 #define THREE "v 0 0 0\nv 1 0 0\nv 0 1 0\n"
@@ -90,7 +91,7 @@ static void quadrilaterals_are_cut_well(void **state) {
     assert_mesh("v 0 0 0\nv 3 -1 0\nv 0.5 0 0\nv 3 1 0\nf 2 3 4 1\n", 4, "2 3 0, 2 0 1");
 }
 
-static double signed_area(const nsdf_obj_mesh *m, uint32_t t) {
+static double signed_area(const nsdf_file_mesh *m, uint32_t t) {
     const double *p[3];
     for (uint32_t k = 0; k < 3; k++) {
         p[k] = &m->positions[3 * m->indices[3 * t + k]];
@@ -103,7 +104,7 @@ static void concave_polygons_are_clipped_without_overlap(void **state) {
     /* A comb in the plane y = 2: area 8, none of its 8 triangles may be turned over. */
     const char *comb = "v 0 2 0\nv 5 2 0\nv 5 2 2\nv 4 2 2\nv 4 2 1\nv 3 2 1\nv 3 2 2\nv 1 2 2\nv 1 2 1\nv 0 2 1\n"
                        "f 1 2 3 4 5 6 7 8 9 10\n";
-    nsdf_obj_mesh mesh = {0};
+    nsdf_file_mesh mesh = {0};
     assert_int_equal(parse_bytes(comb, strlen(comb), &mesh, NULL), NSDF_OK);
     assert_int_equal(mesh.triangle_count, 8);
     double area = 0.0;
@@ -112,7 +113,7 @@ static void concave_polygons_are_clipped_without_overlap(void **state) {
         area += signed_area(&mesh, t);
     }
     assert_true(fabs(area - 8.0) < 1e-12);
-    nsdf_obj_mesh_free(&mesh);
+    nsdf_file_mesh_free(&mesh);
 }
 
 static void polygons_of_many_corners_are_fans(void **state) {
@@ -126,11 +127,11 @@ static void polygons_of_many_corners_are_fans(void **state) {
     for (int i = 1; i <= 300; i++) {
         n += sprintf(text + n, " %d", i);
     }
-    nsdf_obj_mesh mesh = {0};
+    nsdf_file_mesh mesh = {0};
     assert_int_equal(parse_bytes(text, (size_t)n, &mesh, NULL), NSDF_OK);
     assert_int_equal(mesh.triangle_count, 298);
     assert_int_equal(mesh.indices[3 * 297], 0);
-    nsdf_obj_mesh_free(&mesh);
+    nsdf_file_mesh_free(&mesh);
     free(text);
 }
 
@@ -176,7 +177,7 @@ static void files_without_a_surface_are_refused(void **state) {
 static void binary_files_are_refused_at_once(void **state) {
     (void)state;
     nsdf_encoder_error error;
-    nsdf_obj_mesh mesh = {0};
+    nsdf_file_mesh mesh = {0};
     assert_int_equal(parse_bytes("PK\003\004\024\000\000\000", 8, &mesh, &error), NSDF_CORRUPT);
     assert_string_equal(error.message, "a.obj: not an OBJ text file (it holds binary data)");
     char late[8192];
@@ -184,7 +185,7 @@ static void binary_files_are_refused_at_once(void **state) {
     late[6000] = '\0';
     assert_int_equal(parse_bytes(late, sizeof late, &mesh, &error), NSDF_CORRUPT);
     assert_string_equal(error.message, "a.obj:6001: a zero byte: this is not an OBJ text file");
-    nsdf_obj_mesh_free(&mesh);
+    nsdf_file_mesh_free(&mesh);
 }
 
 static void long_names_are_shown_by_their_end(void **state) {
@@ -192,7 +193,7 @@ static void long_names_are_shown_by_their_end(void **state) {
     char name[400];
     memset(name, 'x', sizeof name);
     strcpy(name + 390, "end.obj");
-    nsdf_obj_mesh mesh = {0};
+    nsdf_file_mesh mesh = {0};
     nsdf_encoder_error error;
     assert_int_equal(nsdf_obj_parse(name, "", 0, &mesh, &error), NSDF_CORRUPT);
     assert_non_null(strstr(error.message, "xend.obj: no vertices"));
@@ -204,23 +205,23 @@ static void files_are_read_and_other_things_refused(void **state) {
     char folder[] = "/tmp/nsdf-obj-XXXXXX", path[64];
     assert_non_null(mkdtemp(folder));
     snprintf(path, sizeof path, "%s/a.obj", folder);
-    nsdf_obj_mesh mesh = {0};
+    nsdf_file_mesh mesh = {0};
     nsdf_encoder_error error;
-    assert_int_equal(nsdf_obj_read(path, &mesh, &error), NSDF_IO);
+    assert_int_equal(nsdf_input_read_mesh(path, &mesh, &error), NSDF_IO);
     assert_non_null(strstr(error.message, "a.obj: no such file"));
     FILE *file = fopen(path, "w");
     assert_non_null(file);
     fputs(THREE "f 3 2 1", file);
     fclose(file);
-    assert_int_equal(nsdf_obj_read(path, &mesh, &error), NSDF_OK);
+    assert_int_equal(nsdf_input_read_mesh(path, &mesh, &error), NSDF_OK);
     assert_int_equal(mesh.indices[0], 2);
     assert_true(mesh.positions[3] == 1.0);
-    assert_int_equal(nsdf_obj_read(folder, &mesh, &error), NSDF_IO);
+    assert_int_equal(nsdf_input_read_mesh(folder, &mesh, &error), NSDF_IO);
     assert_non_null(strstr(error.message, ": not a regular file"));
-    nsdf_obj_mesh_free(&mesh);
+    nsdf_file_mesh_free(&mesh);
     unlink(path);
     assert_int_equal(mkfifo(path, 0600), 0);
-    assert_int_equal(nsdf_obj_read(path, &mesh, &error), NSDF_IO);
+    assert_int_equal(nsdf_input_read_mesh(path, &mesh, &error), NSDF_IO);
     unlink(path);
     rmdir(folder);
 }
@@ -295,7 +296,7 @@ static void mutated_files_never_give_indices_out_of_range(void **state) {
     static const char seed[] = "# s\r\nv 0 0.5e1 -1\nv 1 0 \\\n 0 1\nv 0 1 0\nv 2 2 2\nf 1/2/3 2//1 3\nf -1 -2 -3 -4\n";
     static const char alphabet[] = "vf 0123456789.-+/e#\\\n\r\tnai";
     nsdf_random random = nsdf_random_start(2, 1);
-    nsdf_obj_mesh mesh = {0};
+    nsdf_file_mesh mesh = {0};
     int good = 0, bad = 0;
     for (int round = 0; round < 20000; round++) {
         char text[sizeof seed];
@@ -317,7 +318,7 @@ static void mutated_files_never_give_indices_out_of_range(void **state) {
         }
     }
     assert_true(good > 1000 && bad > 1000);
-    nsdf_obj_mesh_free(&mesh);
+    nsdf_file_mesh_free(&mesh);
 }
 
 int main(void) {

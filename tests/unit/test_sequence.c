@@ -23,11 +23,11 @@ static void write_file(const char *name, const char *text) {
     fclose(file);
 }
 
-static const char *const files[] = {"w/frame2.obj", "w/frame10.obj",    "w/frame1.OBJ", "w/.hidden.obj",
-                                    "w/notes.md",   "w/a_0001.obj",     "w/a_0003.obj", "w/a_12345.obj",
-                                    "w/a_02.obj",   "w/a_00012345.obj", "p/x7y.obj",    "p/x10y.obj",
-                                    "p/x07y.obj",   "p/100%.obj",       "p/bad.obj"};
-static const char *const folders[] = {"w/sub.obj", "w", "p", "empty"};
+static const char *const files[] = {
+    "w/frame2.obj", "w/frame10.obj", "w/frame1.OBJ", "w/.hidden.obj",    "w/notes.md", "w/a_0001.obj",
+    "w/a_0003.obj", "w/a_12345.obj", "w/a_02.obj",   "w/a_00012345.obj", "p/x7y.obj",  "p/x10y.obj",
+    "p/x07y.obj",   "p/100%.obj",    "q/b10.ply",    "q/b9.PLY",         "w/b1.ply",   "p/bad.obj"};
+static const char *const folders[] = {"w/sub.obj", "w", "p", "q", "empty"};
 
 /* Works in a folder of its own, so that messages are predictable. */
 static int enter_folder(void **state) {
@@ -36,7 +36,7 @@ static int enter_folder(void **state) {
         return -1;
     }
     *state = folder;
-    for (size_t i = 4; i-- > 0;) {
+    for (size_t i = sizeof folders / sizeof folders[0]; i-- > 0;) {
         if (mkdir(folders[i], 0700) != 0) {
             return -1;
         }
@@ -52,7 +52,7 @@ static int leave_folder(void **state) {
         unlink(files[i]);
     }
     unlink("w/list.txt");
-    for (size_t i = 0; i < 4; i++) {
+    for (size_t i = 0; i < sizeof folders / sizeof folders[0]; i++) {
         rmdir(folders[i]);
     }
     int result = chdir("/") | rmdir(*state);
@@ -93,6 +93,11 @@ static void folders_list_their_obj_files_in_natural_order(void **state) {
     assert_frames("p/", "p/100%.obj p/bad.obj p/x07y.obj p/x7y.obj p/x10y.obj");
 }
 
+static void folders_without_obj_files_list_their_ply_files(void **state) {
+    (void)state;
+    assert_frames("q", "q/b9.PLY q/b10.ply");
+}
+
 static void printf_patterns_find_the_numbers_that_exist(void **state) {
     (void)state;
     assert_frames("w/a_%04d.obj", "w/a_0001.obj w/a_0003.obj w/a_12345.obj");
@@ -131,7 +136,7 @@ static void inputs_keep_their_order(void **state) {
 
 static void nothing_found_is_an_error_that_names_what_was_looked_for(void **state) {
     (void)state;
-    assert_failure("empty", NSDF_IO, "empty folder 'empty': no .obj files");
+    assert_failure("empty", NSDF_IO, "empty folder 'empty': no .obj or .ply files");
     assert_failure("w/walk_%04d.obj", NSDF_IO, "no file matches 'w/walk_%04d.obj'");
     assert_failure("nowhere/walk_%04d.obj", NSDF_IO, "no such folder 'nowhere/'");
     assert_failure("w/walk*.obj", NSDF_IO, "no file matches 'w/walk*.obj'");
@@ -162,6 +167,27 @@ static void list_file_errors_name_the_line(void **state) {
     }
     fclose(file);
     assert_failure("w/list.txt", NSDF_CORRUPT, "w/list.txt:1: the line is too long for a path");
+}
+
+static void ply_frames_load_beside_obj_frames(void **state) {
+    (void)state;
+    const char *const inputs[2] = {"w/frame2.obj", "q/b10.ply"};
+    nsdf_sequence *sequence = NULL;
+    nsdf_input_mesh mesh = {0};
+    nsdf_encoder_error error = {NSDF_OK, ""};
+    assert_int_equal(nsdf_sequence_open(&sequence, inputs, 2, &error), NSDF_OK);
+    assert_int_equal(nsdf_sequence_load(sequence, 1, &mesh, &error), NSDF_CORRUPT);
+    assert_string_equal(error.message, "q/b10.ply:1: not a PLY file: expected the line 'ply'");
+    write_file("q/b10.ply", "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\n"
+                            "property float z\nelement face 1\nproperty list uchar int vertex_indices\nend_header\n"
+                            "0 0 0\n2 0 0\n2 2 0\n0 2 0\n4 0 1 2 3\n");
+    assert_int_equal(nsdf_sequence_load(sequence, 1, &mesh, &error), NSDF_OK);
+    assert_int_equal(mesh.vertex_count, 4);
+    assert_int_equal(mesh.triangle_count, 2);
+    assert_true(mesh.positions[3] == 2.0);
+    assert_int_equal(nsdf_sequence_load(sequence, 0, &mesh, &error), NSDF_OK);
+    assert_int_equal(mesh.vertex_count, 3);
+    nsdf_sequence_close(&sequence);
 }
 
 static void frames_load_and_errors_name_file_and_line(void **state) {
@@ -242,6 +268,7 @@ static void number_patterns_refuse_everything_else(void **state) {
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(folders_list_their_obj_files_in_natural_order),
+        cmocka_unit_test(folders_without_obj_files_list_their_ply_files),
         cmocka_unit_test(printf_patterns_find_the_numbers_that_exist),
         cmocka_unit_test(globs_expand_in_natural_order),
         cmocka_unit_test(list_files_are_relative_to_their_folder),
@@ -250,6 +277,7 @@ int main(void) {
         cmocka_unit_test(nothing_found_is_an_error_that_names_what_was_looked_for),
         cmocka_unit_test(list_file_errors_name_the_line),
         cmocka_unit_test(frames_load_and_errors_name_file_and_line),
+        cmocka_unit_test(ply_frames_load_beside_obj_frames),
         cmocka_unit_test(natural_order_compares_digits_as_numbers),
         cmocka_unit_test(number_patterns_match_what_printf_would_write),
         cmocka_unit_test(number_patterns_refuse_everything_else),

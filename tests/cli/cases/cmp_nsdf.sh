@@ -13,3 +13,6 @@ nsdf-cmp fixture/frames fixture/tiny.nsdf --samples 500 --frames 0,2 --json -o r
 no_leftovers . fixture d_0000.obj d_0001.obj d_0002.obj d_0003.obj d_0004.obj d_0005.obj direct.csv files.csv h.ply \
     r.txt r.json h_00.ply h_02.ply
 grep -c '^    "' r.json
+if command -v python3 >/dev/null; then
+    python3 -m json.tool r.json >/dev/null || give_up "not JSON: $(<r.json)"
+fi

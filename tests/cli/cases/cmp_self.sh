@@ -4,3 +4,4 @@ awk -F, 'NR > 1 { for (i = 6; i <= 12; i++) sum += $i; if ($13 != "inf" || $14 !
 nsdf-cmp fixture/frames fixture/frames --samples 500 --threads 1 --json >one.json
 nsdf-cmp fixture/frames fixture/frames --samples 500 --threads 3 --json >three.json
 same one.json three.json
+head -n 1 self.csv

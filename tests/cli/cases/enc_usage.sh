@@ -9,5 +9,6 @@ fails 2 layers nsdf-enc --layers 99 -o a.nsdf fixture/frames
 fails 2 'takes no value' nsdf-enc --no-verify=1 -o a.nsdf fixture/frames
 # A wildcard behind -o must not write over the first frame.
 fails 2 'ends in .obj' nsdf-enc -o fixture/frames/*.obj
+fails 2 'ends in .PLY' nsdf-enc -o a.PLY fixture/frames
 fails 2 'same file' nsdf-enc --report a.nsdf -o a.nsdf fixture/frames
 no_leftovers . fixture
