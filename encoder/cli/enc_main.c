@@ -1,4 +1,5 @@
 /* nsdf-enc: mesh sequence in, .nsdf file out. */
+#include "cli_list.h"
 #include "cli_util.h"
 #include "enc_options.h"
 #include "enc_report.h"
@@ -38,9 +39,17 @@ static int on_progress(void *user, const nsdf_progress *p) {
     return NSDF_CONTINUE;
 }
 
-/* Frames that --frame-step leaves; the last one is always among them, so that no time is extrapolated. */
-static int wanted(uint32_t index, uint32_t count, uint32_t step) {
-    return index % step == 0 || index + 1 == count;
+/* Which frames to fit.  With --frame-step the last one is always among them, so that no time is extrapolated. */
+static int choose_frames(const enc_options *o, uint32_t count, nsdf_cli_list *list) {
+    int code = o->frames ? nsdf_cli_list_parse(list, "--frames", o->frames, count) : nsdf_cli_list_all(list, count);
+    uint32_t kept = 0;
+    nsdf_cli_list_sort(list);
+    for (uint32_t i = 0; o->frame_step && i < list->count; i++)
+        if (i % o->frame_step == 0 || i + 1 == count)
+            list->numbers[kept++] = i;
+    if (o->frame_step)
+        list->count = kept;
+    return code;
 }
 
 static int load_frame(nsdf_encoder *encoder, nsdf_sequence *sequence, uint32_t index) {
@@ -57,13 +66,10 @@ static int load_frame(nsdf_encoder *encoder, nsdf_sequence *sequence, uint32_t i
     return 0;
 }
 
-static int add_frames(const enc_options *o, nsdf_encoder *encoder, nsdf_sequence *sequence) {
-    const uint32_t count = nsdf_sequence_frame_count(sequence);
-    for (uint32_t i = 0; i < count; i++) {
-        if (!wanted(i, count, o->frame_step))
-            continue;
-        nsdf_cli_progress("reading %u of %u", i + 1, count);
-        if (load_frame(encoder, sequence, i) != 0)
+static int add_frames(const nsdf_cli_list *list, nsdf_encoder *encoder, nsdf_sequence *sequence) {
+    for (uint32_t i = 0; i < list->count; i++) {
+        nsdf_cli_progress("reading %u of %u", i + 1, list->count);
+        if (load_frame(encoder, sequence, list->numbers[i]) != 0)
             return -1;
         if (nsdf_cli_interrupts() > 0) {
             nsdf_cli_error("interrupted: nothing was written");
@@ -151,24 +157,32 @@ static int encode(const enc_options *o, nsdf_encoder *encoder, outputs *out) {
     return 0;
 }
 
+/* Everything from open inputs on; out is released by the caller. */
+static int encode_sequence(const enc_options *o, nsdf_encoder *encoder, nsdf_sequence **sequence, outputs *out) {
+    nsdf_cli_list list;
+    int code = choose_frames(o, nsdf_sequence_frame_count(*sequence), &list);
+    if (code == NSDF_CLI_SUCCESS && (open_outputs(o, out) != 0 || add_frames(&list, encoder, *sequence) != 0))
+        code = NSDF_CLI_FAILURE;
+    nsdf_cli_list_free(&list);
+    nsdf_sequence_close(sequence);
+    if (code == NSDF_CLI_SUCCESS && encode(o, encoder, out) != 0)
+        code = NSDF_CLI_FAILURE;
+    return code;
+}
+
 static int encode_inputs(const enc_options *o, nsdf_encoder *encoder) {
     nsdf_sequence *sequence = NULL;
     nsdf_encoder_error error;
     outputs out = {.file.descriptor = -1, .report.descriptor = -1};
     if (nsdf_sequence_open(&sequence, o->inputs, o->input_count, &error) != NSDF_OK) {
         nsdf_cli_error("%s", error.message);
-        return -1;
+        return NSDF_CLI_FAILURE;
     }
-    int result = open_outputs(o, &out);
-    if (result == 0)
-        result = add_frames(o, encoder, sequence);
-    nsdf_sequence_close(&sequence);
-    if (result == 0)
-        result = encode(o, encoder, &out);
+    const int code = encode_sequence(o, encoder, &sequence, &out);
     nsdf_cli_file_drop(&out.file);
     nsdf_cli_file_drop(&out.report);
     nsdf_cli_abort(); /* after success nothing is left to remove */
-    return result;
+    return code;
 }
 
 int main(int argc, char **argv) {
@@ -185,5 +199,5 @@ int main(int argc, char **argv) {
     nsdf_cli_catch_signals();
     const int result = encode_inputs(&options, encoder);
     nsdf_encoder_close(&encoder);
-    return result == 0 ? NSDF_CLI_SUCCESS : NSDF_CLI_FAILURE;
+    return result;
 }

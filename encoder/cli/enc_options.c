@@ -18,6 +18,7 @@ static const char help_text[] =
     "  -o, --output FILE        file to write\n"
     "      --fps F              frames per second: 25, 29.97 or 60000/1001 (default 25)\n"
     "      --frame-step N       fit every Nth frame and the last one only; the others are interpolated (default 1)\n"
+    "      --frames LIST        fit these frames only, numbered from 0: 7 or 0-9,20 or 1-173/2 (every second)\n"
     "      --preset NAME        fast, medium (default; also called temporal), slow or thesis\n"
     "      --shell T            the surface is an open sheet: give it thickness T, in the input's units\n"
     "      --resolution N       resolution at which players extract by default, and at which the result is verified:\n"
@@ -60,6 +61,7 @@ static const char help_text[] =
 enum {
     OPT_FPS = 256,
     OPT_FRAME_STEP,
+    OPT_FRAMES,
     OPT_PRESET,
     OPT_SHELL,
     OPT_RESOLUTION,
@@ -107,6 +109,7 @@ static const struct option long_options[] = {
     {"version", no_argument, NULL, OPT_VERSION},
     {"fps", required_argument, NULL, OPT_FPS},
     {"frame-step", required_argument, NULL, OPT_FRAME_STEP},
+    {"frames", required_argument, NULL, OPT_FRAMES},
     {"preset", required_argument, NULL, OPT_PRESET},
     {"shell", required_argument, NULL, OPT_SHELL},
     {"resolution", required_argument, NULL, OPT_RESOLUTION},
@@ -217,6 +220,9 @@ static int apply_general(enc_options *o, int code, const char *text) {
         return nsdf_cli_parse_u32(text, 1, UINT32_MAX, &o->frame_step) == 0
                    ? 0
                    : bad_value(code, text, "a whole number from 1 up");
+    case OPT_FRAMES:
+        o->frames = text;
+        return 0;
     case OPT_SHELL:
         return set_double(code, text, &e->shell);
     case OPT_RESOLUTION:
@@ -410,7 +416,6 @@ static int check_output(const enc_options *options) {
 int enc_options_parse(enc_options *options, int argc, char **argv) {
     int weights_given = 0;
     memset(options, 0, sizeof *options);
-    options->frame_step = 1;
     options->preset = "medium";
     nsdf_encoder_options_init(&options->encoder, NSDF_PRESET_MEDIUM);
     int done = pass(options, argc, argv, 1, &weights_given);
@@ -424,5 +429,7 @@ int enc_options_parse(enc_options *options, int argc, char **argv) {
         options->encoder.weight_time = NSDF_TIME_CONSTANT; /* time is an input already */
     if (options->input_count == 0)
         return nsdf_cli_usage_error("no input: name a folder, a pattern or OBJ files");
+    if (options->frames && options->frame_step)
+        return nsdf_cli_usage_error("--frames and --frame-step cannot be given together: --frames 0-98/2 has a step");
     return check_output(options);
 }

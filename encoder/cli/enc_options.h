@@ -9,7 +9,8 @@ typedef struct enc_options {
     const char *const *inputs;
     size_t input_count;
     const char *output, *report, *preset;
-    uint32_t frame_step;
+    const char *frames;  /* list of frames to fit; NULL = all */
+    uint32_t frame_step; /* every so many frames and the last; 0 when not given */
     int quiet, verbose;
 } enc_options;
 

@@ -37,8 +37,10 @@ static void put_options(nsdf_cli_file *f, const enc_options *o) {
     const nsdf_encoder_options *e = &o->encoder;
     put(f, "  \"options\": {\n    \"preset\": ");
     put_string(f, o->preset);
-    put(f, ", \"fps\": [%u, %u], \"frame_step\": %u, \"seed\": %llu, \"threads\": %u,\n", e->rate_num, e->rate_den,
-        o->frame_step, (unsigned long long)e->seed, e->threads);
+    put(f, ", \"fps\": [%u, %u], \"frame_step\": %u, \"frames\": ", e->rate_num, e->rate_den,
+        o->frame_step ? o->frame_step : 1);
+    put_string(f, o->frames ? o->frames : "all");
+    put(f, ", \"seed\": %llu, \"threads\": %u,\n", (unsigned long long)e->seed, e->threads);
     put(f,
         "    \"input\": \"%s\", \"activation\": \"%s\", \"output_activation\": \"%s\", \"layers\": %u, "
         "\"width\": %u,\n",
