@@ -232,7 +232,7 @@ static nsdf_status mend(run *r) {
  */
 static int worth_mending(const run *r) {
     uint32_t pieces = r->encoder->stats.stray_pieces;
-    return pieces > 0 && pieces <= r->encoder->frames.count + 8;
+    return r->encoder->options.hard_samples && pieces > 0 && pieces <= r->encoder->frames.count + 8;
 }
 
 static nsdf_status run_stages(run *r) {

@@ -45,6 +45,7 @@ static const char help_text[] =
     "      --sampling KIND      near (surface points displaced by normal noise) or rejection;  --d-half F  d_0.5\n"
     "      --samples N          samples per frame (0 = from the number of frames)\n"
     "      --time-norm KIND     unit (5.11) or speed (5.13);  --sdf-norm KIND  diagonal or unit (5.10)\n"
+    "      --hard-samples Y     on or off: more samples where the error is and where surface appears astray\n"
     "Fitting (thesis 4.1, 4.2):\n"
     "      --loss KIND          weighted, mae or surface;  --loss-d0 F;  --delta F, --slope F of the surface loss\n"
     "      --steps N            of Adam;  --learning-rate F\n"
@@ -88,6 +89,7 @@ enum {
     OPT_SAMPLES,
     OPT_TIME_NORM,
     OPT_SDF_NORM,
+    OPT_HARD_SAMPLES,
     OPT_LOSS,
     OPT_LOSS_D0,
     OPT_DELTA,
@@ -135,6 +137,7 @@ static const struct option long_options[] = {
     {"samples", required_argument, NULL, OPT_SAMPLES},
     {"time-norm", required_argument, NULL, OPT_TIME_NORM},
     {"sdf-norm", required_argument, NULL, OPT_SDF_NORM},
+    {"hard-samples", required_argument, NULL, OPT_HARD_SAMPLES},
     {"loss", required_argument, NULL, OPT_LOSS},
     {"loss-d0", required_argument, NULL, OPT_LOSS_D0},
     {"delta", required_argument, NULL, OPT_DELTA},
@@ -303,6 +306,8 @@ static int apply_data(nsdf_encoder_options *e, int code, const char *text) {
         failed = set_choice(code, text, "diagonal|unit", &choice);
         e->sdf_norm = (nsdf_sdf_norm)choice;
         return failed;
+    case OPT_HARD_SAMPLES:
+        return set_choice(code, text, "off|on", &e->hard_samples);
     default:
         return -1;
     }

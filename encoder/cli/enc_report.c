@@ -51,8 +51,9 @@ static void put_options(nsdf_cli_file *f, const enc_options *o) {
     put(f, "    \"fourier_features\": %u, \"fourier_sigma\": %.17g, \"fourier_trained\": %s,\n", e->fourier_features,
         e->fourier_sigma, e->fourier_trained ? "true" : "false");
     put(f,
-        "    \"sampling\": \"%s\", \"d_half\": %.17g, \"time_norm\": \"%s\", \"sdf_norm\": \"%s\", \"shell\": %.17g,\n",
-        e->sampling == NSDF_SAMPLE_REJECTION ? "rejection" : "near", e->d_half,
+        "    \"sampling\": \"%s\", \"d_half\": %.17g, \"hard_samples\": %s, \"time_norm\": \"%s\", "
+        "\"sdf_norm\": \"%s\", \"shell\": %.17g,\n",
+        e->sampling == NSDF_SAMPLE_REJECTION ? "rejection" : "near", e->d_half, e->hard_samples ? "true" : "false",
         e->time_norm == NSDF_TIME_SPEED ? "speed" : "unit", e->sdf_norm == NSDF_SDF_UNIT_RANGE ? "unit" : "diagonal",
         e->shell);
     put(f, "    \"loss\": \"%s\", \"loss_d0\": %.17g, \"delta\": %.17g, \"slope\": %.17g,\n", losses[e->loss],

@@ -216,6 +216,21 @@ static void test_thesis_preset_works_with_small_layers(void **state) {
     free(e.data);
 }
 
+/* A network fitted so briefly has surface astray, for which fitting goes on. */
+static void test_without_hard_samples_the_steps_are_those_asked_for(void **state) {
+    (void)state;
+    for (int hard = 0; hard < 2; hard++) {
+        nsdf_encoder_options o = hasty_options();
+        o.steps = 40;
+        o.verify = 1;
+        o.hard_samples = hard;
+        encoded e = encode_well(&o, swelling_box, NULL, NULL);
+        assert_valid(&e);
+        assert_true(hard ? e.stats.steps > 40 : e.stats.steps == 40);
+        free(e.data);
+    }
+}
+
 static void test_every_coder_writes_every_number_of_bits(void **state) {
     (void)state;
     for (int coder = NSDF_CODER_NONE; coder <= NSDF_CODER_RANGE; coder++) {
@@ -251,6 +266,7 @@ int main(void) {
         cmocka_unit_test(test_stats_are_those_of_the_file),
         cmocka_unit_test(test_every_model_loss_and_sampling_gives_a_valid_file),
         cmocka_unit_test(test_thesis_preset_works_with_small_layers),
+        cmocka_unit_test(test_without_hard_samples_the_steps_are_those_asked_for),
         cmocka_unit_test(test_every_coder_writes_every_number_of_bits),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -74,7 +74,9 @@ typedef struct nsdf_encoder_options {
     double d_half;              /* d_0.5 of rejection sampling, fraction of the diagonal (thesis 5.2) */
     nsdf_time_norm time_norm;
     nsdf_sdf_norm sdf_norm;
-    double shell; /* > 0: the surface is a sheet of this thickness, world units */
+    double shell;     /* > 0: the surface is a sheet of this thickness, world units */
+    int hard_samples; /* while fitting, further points where the error is large and where surface appears astray, and
+                         more steps while it does; default on, off for the thesis's preset */
     /* fitting */
     nsdf_loss loss;
     double loss_d0;                      /* of the weighted loss, fraction of the diagonal */
