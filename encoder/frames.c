@@ -1,13 +1,12 @@
 #include "frames.h"
 
+#include "mesh_check.h"
+
 #include <math.h>
 #include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-
-/* Well inside the range of float, in which surfaces are kept and decoded. */
-static const double largest_coordinate = 1e30;
 
 nsdf_status nsdf_encoder_fail(nsdf_encoder_error *error, nsdf_status status, const char *format, ...) {
     if (!error)
@@ -30,24 +29,6 @@ void nsdf_frames_free(nsdf_frames *frames) {
 }
 
 /* ---- Adding --------------------------------------------------------------------------------------------- */
-
-static nsdf_status check_mesh(uint32_t number, const nsdf_input_mesh *mesh, nsdf_encoder_error *error) {
-    if (!mesh->positions || !mesh->indices || mesh->vertex_count == 0 || mesh->triangle_count == 0)
-        return nsdf_encoder_fail(error, NSDF_INVALID_ARGUMENT, "frame %u has no faces", number);
-    for (size_t i = 0; i < 3 * (size_t)mesh->vertex_count; i++) {
-        if (!isfinite(mesh->positions[i]))
-            return nsdf_encoder_fail(error, NSDF_INVALID_ARGUMENT, "frame %u: vertex %zu is not finite", number, i / 3);
-        if (fabs(mesh->positions[i]) > largest_coordinate)
-            return nsdf_encoder_fail(error, NSDF_INVALID_ARGUMENT, "frame %u: vertex %zu is further away than %g",
-                                     number, i / 3, largest_coordinate);
-    }
-    for (size_t i = 0; i < 3 * (size_t)mesh->triangle_count; i++)
-        if (mesh->indices[i] >= mesh->vertex_count)
-            return nsdf_encoder_fail(error, NSDF_INVALID_ARGUMENT,
-                                     "frame %u: triangle %zu uses vertex %u, but there are %u", number, i / 3,
-                                     mesh->indices[i], mesh->vertex_count);
-    return NSDF_OK;
-}
 
 static int grow(nsdf_frames *frames) {
     if (frames->count < frames->capacity)
@@ -75,7 +56,9 @@ static void extend_box(nsdf_frames *frames, const nsdf_input_mesh *mesh) {
 
 nsdf_status nsdf_frames_add(nsdf_frames *frames, uint32_t number, const nsdf_input_mesh *mesh,
                             nsdf_encoder_error *error) {
-    nsdf_status status = check_mesh(number, mesh, error);
+    char name[32];
+    snprintf(name, sizeof name, "frame %u", number);
+    nsdf_status status = nsdf_check_mesh(name, mesh, error);
     if (status != NSDF_OK)
         return status;
     if (frames->count > 0 && number <= frames->frames[frames->count - 1].number)
@@ -137,20 +120,6 @@ nsdf_status nsdf_frames_normalise(nsdf_frames *frames, double margin, nsdf_file_
 }
 
 /* ---- Orientation ---------------------------------------------------------------------------------------- */
-
-double nsdf_surface_volume(const nsdf_surface *surface) {
-    double volume = 0.0;
-    for (size_t i = 0; i < surface->triangle_count; i++) {
-        const uint32_t *t = surface->indices + 3 * i;
-        double p[3][3];
-        for (int c = 0; c < 3; c++)
-            for (int k = 0; k < 3; k++)
-                p[c][k] = (double)surface->positions[3 * (size_t)t[c] + (size_t)k];
-        volume += p[0][0] * (p[1][1] * p[2][2] - p[1][2] * p[2][1]) -
-                  p[0][1] * (p[1][0] * p[2][2] - p[1][2] * p[2][0]) + p[0][2] * (p[1][0] * p[2][1] - p[1][1] * p[2][0]);
-    }
-    return volume / 6.0;
-}
 
 int nsdf_frame_orient(nsdf_frame *frame, int shell) {
     nsdf_surface *s = &frame->surface;

@@ -49,9 +49,6 @@ const nsdf_surface *nsdf_frame_outer(const nsdf_frame *frame);
 /* Signed distance to what counts of a frame; shell = thickness, for the shell rule.  NULL when memory ran out. */
 nsdf_sdf *nsdf_frame_sdf(const nsdf_frame *frame, float shell);
 
-/* Volume enclosed by the triangles (divergence theorem); negative when they face inward. */
-double nsdf_surface_volume(const nsdf_surface *surface);
-
 /* Writes into error and returns status. */
 nsdf_status nsdf_encoder_fail(nsdf_encoder_error *error, nsdf_status status, const char *format, ...)
 #if defined(__GNUC__)

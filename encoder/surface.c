@@ -2,6 +2,7 @@
 
 #include <stdlib.h>
 
+#include "edge_table.h"
 #include "triangle.h"
 #include "weld.h"
 
@@ -22,60 +23,31 @@ double nsdf_surface_area(const nsdf_surface *surface) {
     return area;
 }
 
-typedef struct edge {
-    uint32_t low, high; /* welded vertices */
-    uint32_t up, down;  /* triangles that run from low to high, and back; both 0 in an empty slot */
-} edge;
-
-static void count_edge(edge *table, size_t slots, uint32_t from, uint32_t to) {
-    uint32_t low = from < to ? from : to, high = from < to ? to : from;
-    size_t slot = nsdf_hash_mix((uint64_t)low << 32 | high) & (slots - 1);
-    while (table[slot].up + table[slot].down > 0 && (table[slot].low != low || table[slot].high != high)) {
-        slot = (slot + 1) & (slots - 1);
-    }
-    table[slot].low = low;
-    table[slot].high = high;
-    if (from < to) {
-        table[slot].up++;
-    } else {
-        table[slot].down++;
-    }
-}
-
-static void count_triangles(const nsdf_surface *surface, const uint32_t *weld, edge *table, size_t slots) {
-    for (uint32_t i = 0; i < surface->triangle_count; i++) {
-        const uint32_t *index = &surface->indices[3 * (size_t)i];
-        nsdf_triangle triangle = nsdf_triangle_load(surface, i);
-        if (nsdf_triangle_has_area(&triangle)) {
+double nsdf_surface_volume(const nsdf_surface *surface) {
+    double volume = 0.0;
+    for (size_t i = 0; i < surface->triangle_count; i++) {
+        const uint32_t *t = surface->indices + 3 * i;
+        double p[3][3];
+        for (int c = 0; c < 3; c++) {
             for (int k = 0; k < 3; k++) {
-                count_edge(table, slots, weld[index[k]], weld[index[(k + 1) % 3]]);
+                p[c][k] = (double)surface->positions[3 * (size_t)t[c] + (size_t)k];
             }
         }
+        volume += p[0][0] * (p[1][1] * p[2][2] - p[1][2] * p[2][1]) -
+                  p[0][1] * (p[1][0] * p[2][2] - p[1][2] * p[2][0]) + p[0][2] * (p[1][0] * p[2][1] - p[1][1] * p[2][0]);
     }
-}
-
-static nsdf_edge_count sum_up(const edge *table, size_t slots) {
-    nsdf_edge_count edges = {0, 0, 0};
-    for (size_t slot = 0; slot < slots; slot++) {
-        uint32_t uses = table[slot].up + table[slot].down;
-        edges.boundary += uses == 1;
-        edges.non_manifold += uses >= 3;
-        edges.inconsistent += uses == 2 && table[slot].up != 1;
-    }
-    return edges;
+    return volume / 6.0;
 }
 
 int nsdf_surface_count_edges(const nsdf_surface *surface, nsdf_edge_count *edges) {
-    size_t slots = nsdf_hash_slots(3 * (size_t)surface->triangle_count);
     uint32_t *weld = malloc(((size_t)surface->vertex_count + 1) * sizeof *weld);
-    edge *table = calloc(slots, sizeof *table);
+    nsdf_edge_table table = {NULL, 0};
     int result = -1;
-    if (weld != NULL && table != NULL && nsdf_weld_vertices(surface, weld) == 0) {
-        count_triangles(surface, weld, table, slots);
-        *edges = sum_up(table, slots);
+    if (weld != NULL && nsdf_weld_vertices(surface, weld) == 0 && nsdf_edge_table_build(&table, surface, weld) == 0) {
+        *edges = nsdf_edge_table_count(&table);
         result = 0;
     }
-    free(table);
+    nsdf_edge_table_free(&table);
     free(weld);
     return result;
 }

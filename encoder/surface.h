@@ -25,4 +25,7 @@ int nsdf_surface_count_edges(const nsdf_surface *surface, nsdf_edge_count *edges
 
 double nsdf_surface_area(const nsdf_surface *surface);
 
+/* Volume enclosed by the triangles (divergence theorem); negative when they face inward. */
+double nsdf_surface_volume(const nsdf_surface *surface);
+
 #endif

@@ -41,11 +41,9 @@ size_t nsdf_first_above(const double *sums, size_t count, double value) {
     return low;
 }
 
-uint32_t nsdf_area_table_draw(const nsdf_area_table *table, nsdf_random *random, float xyz[3]) {
-    size_t count = table->surface->triangle_count;
-    double total = table->sums[count - 1];
-    uint32_t chosen = (uint32_t)nsdf_first_above(table->sums, count, nsdf_random_unit32(random) * total);
-    nsdf_triangle t = nsdf_triangle_load(table->surface, chosen);
+/* A point of the triangle, uniform by area. */
+static void draw_in_triangle(const nsdf_surface *surface, uint32_t triangle, nsdf_random *random, float xyz[3]) {
+    nsdf_triangle t = nsdf_triangle_load(surface, triangle);
     double root = sqrt(nsdf_random_unit32(random)), v = root * nsdf_random_unit32(random);
     nsdf_vec3 point = nsdf_vec3_scale(1.0 - root, t.corner[0]);
     point = nsdf_vec3_mad(point, root - v, t.corner[1]);
@@ -53,6 +51,22 @@ uint32_t nsdf_area_table_draw(const nsdf_area_table *table, nsdf_random *random,
     xyz[0] = (float)point.x;
     xyz[1] = (float)point.y;
     xyz[2] = (float)point.z;
+}
+
+uint32_t nsdf_area_table_draw(const nsdf_area_table *table, nsdf_random *random, float xyz[3]) {
+    size_t count = table->surface->triangle_count;
+    double total = table->sums[count - 1];
+    uint32_t chosen = (uint32_t)nsdf_first_above(table->sums, count, nsdf_random_unit32(random) * total);
+    draw_in_triangle(table->surface, chosen, random, xyz);
+    return chosen;
+}
+
+uint32_t nsdf_area_table_draw_share(const nsdf_area_table *table, size_t share, size_t shares, nsdf_random *random,
+                                    float xyz[3]) {
+    size_t count = table->surface->triangle_count;
+    double place = ((double)share + nsdf_random_unit32(random)) / (double)shares;
+    uint32_t chosen = (uint32_t)nsdf_first_above(table->sums, count, place * table->sums[count - 1]);
+    draw_in_triangle(table->surface, chosen, random, xyz);
     return chosen;
 }
 

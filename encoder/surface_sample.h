@@ -17,6 +17,12 @@ void nsdf_area_table_free(nsdf_area_table *table);
 /* Draws a point; returns its triangle. */
 uint32_t nsdf_area_table_draw(const nsdf_area_table *table, nsdf_random *random, float xyz[3]);
 
+/* Draws a point from one of `shares` equal parts of the area, in the order of the triangles: a point of every part
+ * makes a sample that is uniform by area, spread more evenly than independent points, and along the surface where the
+ * order of the triangles is.  share < shares; returns the point's triangle. */
+uint32_t nsdf_area_table_draw_share(const nsdf_area_table *table, size_t share, size_t shares, nsdf_random *random,
+                                    float xyz[3]);
+
 /* The first of `count` > 0 ascending sums that is above `value`; the last if none is. */
 size_t nsdf_first_above(const double *sums, size_t count, double value);
 

@@ -3,6 +3,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "triangle.h"
+
 #define EMPTY UINT32_MAX
 
 size_t nsdf_hash_slots(size_t count) {
@@ -56,6 +58,27 @@ int nsdf_weld_vertices(const nsdf_surface *surface, uint32_t *weld) {
         weld[vertex] = table[slot];
     }
     free(table);
+    return 0;
+}
+
+int nsdf_weld_surface(nsdf_surface *surface) {
+    uint32_t *weld = malloc(((size_t)surface->vertex_count + 1) * sizeof *weld);
+    if (weld == NULL || nsdf_weld_vertices(surface, weld) != 0) {
+        free(weld);
+        return -1;
+    }
+    uint32_t kept = 0;
+    for (uint32_t i = 0; i < surface->triangle_count; i++) {
+        nsdf_triangle triangle = nsdf_triangle_load(surface, i);
+        if (nsdf_triangle_has_area(&triangle)) {
+            for (size_t k = 0; k < 3; k++) {
+                surface->indices[3 * (size_t)kept + k] = weld[surface->indices[3 * (size_t)i + k]];
+            }
+            kept++;
+        }
+    }
+    surface->triangle_count = kept;
+    free(weld);
     return 0;
 }
 

@@ -9,6 +9,10 @@
 /* weld[vertex] = the first vertex at the same position (0 equals -0).  Returns 0, or -1 when memory ran out. */
 int nsdf_weld_vertices(const nsdf_surface *surface, uint32_t *weld);
 
+/* Makes all triangles use the first vertex at each position, and leaves out the triangles without area; vertices stay.
+ * Returns 0, or -1 when memory ran out. */
+int nsdf_weld_surface(nsdf_surface *surface);
+
 /* repeated[triangle] = whether an earlier triangle has the same welded corners in the same cyclic order.  Returns 0,
  * or -1 when memory ran out. */
 int nsdf_find_repeated_triangles(const nsdf_surface *surface, const uint32_t *weld, bool *repeated);

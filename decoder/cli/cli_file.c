@@ -7,6 +7,7 @@
 #include <errno.h>
 #include <fcntl.h>
 #include <signal.h>
+#include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -250,4 +251,29 @@ int nsdf_cli_file_close(nsdf_cli_file *file) {
         nsdf_cli_error("cannot write '%s': %s", is_stdout ? "standard output" : file->path, strerror(file->failure));
     release(file);
     return result;
+}
+
+/* ---- Text ----------------------------------------------------------------------------------------------- */
+
+void nsdf_cli_file_print(nsdf_cli_file *file, const char *format, ...) {
+    char text[512];
+    va_list args;
+    va_start(args, format);
+    const int n = vsnprintf(text, sizeof text, format, args);
+    va_end(args);
+    if (n > 0)
+        (void)nsdf_cli_file_write(file, text, (size_t)n < sizeof text ? (size_t)n : sizeof text - 1);
+}
+
+void nsdf_cli_file_print_json(nsdf_cli_file *file, const char *text) {
+    nsdf_cli_file_print(file, "\"");
+    for (const unsigned char *c = (const unsigned char *)text; *c; c++) {
+        if (*c == '"' || *c == '\\')
+            nsdf_cli_file_print(file, "\\%c", *c);
+        else if (*c < 0x20)
+            nsdf_cli_file_print(file, "\\u%04x", *c);
+        else
+            (void)nsdf_cli_file_write(file, c, 1);
+    }
+    nsdf_cli_file_print(file, "\"");
 }

@@ -70,6 +70,9 @@ typedef struct nsdf_cli_file {
 int nsdf_cli_file_open(nsdf_cli_file *file, const char *path);
 /* A nsdf_write_fn: user is the nsdf_cli_file.  0, or -1; the cause is kept for nsdf_cli_file_close. */
 int nsdf_cli_file_write(void *user, const void *data, size_t size);
+/* The same for text, up to 511 bytes at a time; and for a JSON string in quotes. */
+void nsdf_cli_file_print(nsdf_cli_file *file, const char *format, ...) NSDF_CLI_PRINTF(2, 3);
+void nsdf_cli_file_print_json(nsdf_cli_file *file, const char *text);
 /* Writes what is buffered and closes; the file keeps its temporary name until nsdf_cli_commit.  0, or -1 after
  * printing the first failure since opening. */
 int nsdf_cli_file_close(nsdf_cli_file *file);

@@ -2,18 +2,15 @@
 #ifndef NSDF_DEC_OUTPUT_H
 #define NSDF_DEC_OUTPUT_H
 
+#include "cli_pattern.h"
 #include "dec_options.h"
 
 typedef enum dec_output_kind { DEC_OUTPUT_FILES, DEC_OUTPUT_STDOUT, DEC_OUTPUT_HASH, DEC_OUTPUT_NULL } dec_output_kind;
 
-/* A file name, or a pattern with one %d, %4d or %04d taken apart. */
 typedef struct dec_output {
     dec_output_kind kind;
     nsdf_mesh_format format;
-    const char *name;
-    size_t prefix_length;
-    const char *suffix; /* behind the conversion; NULL when there is none */
-    int width, zeros;
+    nsdf_cli_pattern pattern; /* of files */
     uint32_t start_number;
 } dec_output;
 

@@ -1,33 +1,7 @@
 #include "enc_report.h"
 
-#include <stdarg.h>
 #include <stdio.h>
 #include <string.h>
-
-static void put(nsdf_cli_file *file, const char *format, ...) NSDF_CLI_PRINTF(2, 3);
-
-static void put(nsdf_cli_file *file, const char *format, ...) {
-    char text[512];
-    va_list args;
-    va_start(args, format);
-    int n = vsnprintf(text, sizeof text, format, args);
-    va_end(args);
-    if (n > 0)
-        (void)nsdf_cli_file_write(file, text, (size_t)n < sizeof text ? (size_t)n : sizeof text - 1);
-}
-
-static void put_string(nsdf_cli_file *file, const char *text) {
-    (void)nsdf_cli_file_write(file, "\"", 1);
-    for (const unsigned char *c = (const unsigned char *)text; *c; c++) {
-        if (*c == '"' || *c == '\\')
-            put(file, "\\%c", *c);
-        else if (*c < 0x20)
-            put(file, "\\u%04x", *c);
-        else
-            (void)nsdf_cli_file_write(file, c, 1);
-    }
-    (void)nsdf_cli_file_write(file, "\"", 1);
-}
 
 static void put_options(nsdf_cli_file *f, const enc_options *o) {
     static const char *const inputs[] = {"xyz", "xyzt", "fourier"}, *const acts[] = {"sine", "relu", "tanh"};
@@ -35,67 +9,73 @@ static void put_options(nsdf_cli_file *f, const enc_options *o) {
     static const char *const losses[] = {"weighted", "mae", "surface"};
     static const char *const coders[] = {"none", "deflate", "zstd", "range"};
     const nsdf_encoder_options *e = &o->encoder;
-    put(f, "  \"options\": {\n    \"preset\": ");
-    put_string(f, o->preset);
-    put(f, ", \"fps\": [%u, %u], \"frame_step\": %u, \"frames\": ", e->rate_num, e->rate_den,
-        o->frame_step ? o->frame_step : 1);
-    put_string(f, o->frames ? o->frames : "all");
-    put(f, ", \"seed\": %llu, \"threads\": %u,\n", (unsigned long long)e->seed, e->threads);
-    put(f,
-        "    \"input\": \"%s\", \"activation\": \"%s\", \"output_activation\": \"%s\", \"layers\": %u, "
-        "\"width\": %u,\n",
-        inputs[e->input], acts[e->activation], e->output_tanh ? "tanh" : "identity", e->layers, e->width);
-    put(f,
+    nsdf_cli_file_print(f, "  \"options\": {\n    \"preset\": ");
+    nsdf_cli_file_print_json(f, o->preset);
+    nsdf_cli_file_print(f, ", \"fps\": [%u, %u], \"frame_step\": %u, \"frames\": ", e->rate_num, e->rate_den,
+                        o->frame_step ? o->frame_step : 1);
+    nsdf_cli_file_print_json(f, o->frames ? o->frames : "all");
+    nsdf_cli_file_print(f, ", \"seed\": %llu, \"threads\": %u,\n", (unsigned long long)e->seed, e->threads);
+    nsdf_cli_file_print(f,
+                        "    \"input\": \"%s\", \"activation\": \"%s\", \"output_activation\": \"%s\", \"layers\": %u, "
+                        "\"width\": %u,\n",
+                        inputs[e->input], acts[e->activation], e->output_tanh ? "tanh" : "identity", e->layers,
+                        e->width);
+    nsdf_cli_file_print(
+        f,
         "    \"weights\": \"%s\", \"knot_spacing\": %.17g, \"rank\": %u, \"omega\": %.17g, \"omega_hidden\": %.17g,\n",
         times[e->weight_time], e->knot_spacing, e->rank, e->omega_first, e->omega_hidden);
-    put(f, "    \"fourier_features\": %u, \"fourier_sigma\": %.17g, \"fourier_trained\": %s,\n", e->fourier_features,
-        e->fourier_sigma, e->fourier_trained ? "true" : "false");
-    put(f,
-        "    \"sampling\": \"%s\", \"d_half\": %.17g, \"hard_samples\": %s, \"time_norm\": \"%s\", "
-        "\"sdf_norm\": \"%s\", \"shell\": %.17g,\n",
-        e->sampling == NSDF_SAMPLE_REJECTION ? "rejection" : "near", e->d_half, e->hard_samples ? "true" : "false",
-        e->time_norm == NSDF_TIME_SPEED ? "speed" : "unit", e->sdf_norm == NSDF_SDF_UNIT_RANGE ? "unit" : "diagonal",
-        e->shell);
-    put(f, "    \"loss\": \"%s\", \"loss_d0\": %.17g, \"delta\": %.17g, \"slope\": %.17g,\n", losses[e->loss],
-        e->loss_d0, e->loss_delta, e->loss_slope);
-    put(f, "    \"steps\": %llu, \"batch_frames\": %u, \"batch_points\": %u, \"learning_rate\": %.17g,\n",
-        (unsigned long long)e->steps, e->batch_frames, e->batch_points, e->learning_rate);
-    put(f, "    \"weight_bits\": %.17g, \"quantiser\": \"%s\", \"entropy\": \"%s\", \"resolution\": %u\n  },\n",
+    nsdf_cli_file_print(f, "    \"fourier_features\": %u, \"fourier_sigma\": %.17g, \"fourier_trained\": %s,\n",
+                        e->fourier_features, e->fourier_sigma, e->fourier_trained ? "true" : "false");
+    nsdf_cli_file_print(f,
+                        "    \"sampling\": \"%s\", \"d_half\": %.17g, \"hard_samples\": %s, \"time_norm\": \"%s\", "
+                        "\"sdf_norm\": \"%s\", \"shell\": %.17g,\n",
+                        e->sampling == NSDF_SAMPLE_REJECTION ? "rejection" : "near", e->d_half,
+                        e->hard_samples ? "true" : "false", e->time_norm == NSDF_TIME_SPEED ? "speed" : "unit",
+                        e->sdf_norm == NSDF_SDF_UNIT_RANGE ? "unit" : "diagonal", e->shell);
+    nsdf_cli_file_print(f, "    \"loss\": \"%s\", \"loss_d0\": %.17g, \"delta\": %.17g, \"slope\": %.17g,\n",
+                        losses[e->loss], e->loss_d0, e->loss_delta, e->loss_slope);
+    nsdf_cli_file_print(f,
+                        "    \"steps\": %llu, \"batch_frames\": %u, \"batch_points\": %u, \"learning_rate\": %.17g,\n",
+                        (unsigned long long)e->steps, e->batch_frames, e->batch_points, e->learning_rate);
+    nsdf_cli_file_print(
+        f, "    \"weight_bits\": %.17g, \"quantiser\": \"%s\", \"entropy\": \"%s\", \"resolution\": %u\n  },\n",
         e->weight_bits, e->quantise_aware ? "aware" : "minmax", coders[e->entropy], e->resolution);
 }
 
 static void put_result(nsdf_cli_file *f, const nsdf_encoder_stats *s, int interrupted) {
-    put(f,
-        "  \"input\": {\"frames\": %u, \"triangles\": %llu, \"open_frames\": %u, \"open_edges\": %llu, "
-        "\"reversed_frames\": %u, \"diagonal\": %.17g},\n",
-        s->frames, (unsigned long long)s->triangles, s->open_frames, (unsigned long long)s->open_edges,
-        s->reversed_frames, s->diagonal);
-    put(f, "  \"fit\": {\"steps\": %llu, \"samples\": %llu, \"error\": %.9g, \"interrupted\": %s},\n",
-        (unsigned long long)s->steps, (unsigned long long)s->samples, s->fit_error, interrupted ? "true" : "false");
-    put(f, "  \"file\": {\"bytes\": %llu, \"parameters\": %llu, \"extraction_bound\": %.9g},\n",
-        (unsigned long long)s->file_size, (unsigned long long)s->parameters, s->bound);
-    put(f, "  \"seconds\": {\"sample\": %.3f, \"fit\": %.3f, \"code\": %.3f, \"verify\": %.3f},\n", s->seconds_sample,
-        s->seconds_fit, s->seconds_code, s->seconds_verify);
-    put(f, "  \"quality\": ");
+    nsdf_cli_file_print(f,
+                        "  \"input\": {\"frames\": %u, \"triangles\": %llu, \"open_frames\": %u, \"open_edges\": %llu, "
+                        "\"reversed_frames\": %u, \"diagonal\": %.17g},\n",
+                        s->frames, (unsigned long long)s->triangles, s->open_frames, (unsigned long long)s->open_edges,
+                        s->reversed_frames, s->diagonal);
+    nsdf_cli_file_print(f, "  \"fit\": {\"steps\": %llu, \"samples\": %llu, \"error\": %.9g, \"interrupted\": %s},\n",
+                        (unsigned long long)s->steps, (unsigned long long)s->samples, s->fit_error,
+                        interrupted ? "true" : "false");
+    nsdf_cli_file_print(f, "  \"file\": {\"bytes\": %llu, \"parameters\": %llu, \"extraction_bound\": %.9g},\n",
+                        (unsigned long long)s->file_size, (unsigned long long)s->parameters, s->bound);
+    nsdf_cli_file_print(f, "  \"seconds\": {\"sample\": %.3f, \"fit\": %.3f, \"code\": %.3f, \"verify\": %.3f},\n",
+                        s->seconds_sample, s->seconds_fit, s->seconds_code, s->seconds_verify);
+    nsdf_cli_file_print(f, "  \"quality\": ");
     if (s->quality.frames == 0) {
-        put(f, "null\n");
+        nsdf_cli_file_print(f, "null\n");
         return;
     }
-    put(f, "{\"unit\": \"fraction of the diagonal\", \"resolution\": %u, \"frames\": %u, \"stray_pieces\": %u,\n",
+    nsdf_cli_file_print(
+        f, "{\"unit\": \"fraction of the diagonal\", \"resolution\": %u, \"frames\": %u, \"stray_pieces\": %u,\n",
         s->quality.resolution, s->quality.frames, s->stray_pieces);
-    put(f, "    \"to_decoded\": {\"mean\": %.9g, \"rms\": %.9g, \"max\": %.9g},\n", s->quality.mean_to_decoded,
-        s->quality.rms_to_decoded, s->quality.max_to_decoded);
-    put(f, "    \"to_input\": {\"mean\": %.9g, \"rms\": %.9g, \"max\": %.9g}}\n", s->quality.mean_to_input,
-        s->quality.rms_to_input, s->quality.max_to_input);
+    nsdf_cli_file_print(f, "    \"to_decoded\": {\"mean\": %.9g, \"rms\": %.9g, \"max\": %.9g},\n",
+                        s->quality.mean_to_decoded, s->quality.rms_to_decoded, s->quality.max_to_decoded);
+    nsdf_cli_file_print(f, "    \"to_input\": {\"mean\": %.9g, \"rms\": %.9g, \"max\": %.9g}}\n",
+                        s->quality.mean_to_input, s->quality.rms_to_input, s->quality.max_to_input);
 }
 
 int enc_report_write(nsdf_cli_file *file, const enc_options *options, const nsdf_encoder_stats *stats,
                      int interrupted) {
-    put(file, "{\n  \"version\": \"%s\",\n  \"output\": ", nsdf_version_string());
-    put_string(file, options->output);
-    put(file, ",\n");
+    nsdf_cli_file_print(file, "{\n  \"version\": \"%s\",\n  \"output\": ", nsdf_version_string());
+    nsdf_cli_file_print_json(file, options->output);
+    nsdf_cli_file_print(file, ",\n");
     put_options(file, options);
     put_result(file, stats, interrupted);
-    put(file, "}\n");
+    nsdf_cli_file_print(file, "}\n");
     return nsdf_cli_file_close(file);
 }

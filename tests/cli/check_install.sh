@@ -15,8 +15,8 @@ lines=$(wc -l <"$root/samples/frame_at.c")
 
 prefix=$work/prefix
 cmake --install "$build" --prefix "$prefix" >"$work/install.log" || { cat "$work/install.log"; exit 1; }
-for installed in include/nsdf/decoder.h bin/nsdf-dec bin/nsdf-enc share/man/man1/nsdf-dec.1 share/man/man1/nsdf-enc.1 \
-    share/man/man3/nsdf.3; do
+for installed in include/nsdf/decoder.h bin/nsdf-dec bin/nsdf-enc bin/nsdf-cmp share/man/man1/nsdf-dec.1 \
+    share/man/man1/nsdf-cmp.1 share/man/man1/nsdf-enc.1 share/man/man3/nsdf.3; do
     [ -f "$prefix/$installed" ] || { echo "$installed was not installed" >&2; exit 1; }
 done
 pc=$(find "$prefix" -name nsdf.pc)

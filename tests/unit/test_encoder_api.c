@@ -193,10 +193,10 @@ static void test_bad_meshes_are_refused_and_do_no_harm(void **state) {
     double positions[12];
     uint32_t indices[12];
     (void)state;
-    refuse_mesh(encoder, corners, tetrahedron, 4, 0, "frame 3 has no faces");
-    refuse_mesh(encoder, corners, tetrahedron, 0, 4, "frame 3 has no faces");
-    refuse_mesh(encoder, NULL, tetrahedron, 4, 4, "frame 3 has no faces");
-    refuse_mesh(encoder, corners, NULL, 4, 4, "frame 3 has no faces");
+    refuse_mesh(encoder, corners, tetrahedron, 4, 0, "frame 3: no faces");
+    refuse_mesh(encoder, corners, tetrahedron, 0, 4, "frame 3: no faces");
+    refuse_mesh(encoder, NULL, tetrahedron, 4, 4, "frame 3: no faces");
+    refuse_mesh(encoder, corners, NULL, 4, 4, "frame 3: no faces");
     memcpy(positions, corners, sizeof positions);
     positions[7] = NAN;
     refuse_mesh(encoder, positions, tetrahedron, 4, 4, "frame 3: vertex 2 is not finite");

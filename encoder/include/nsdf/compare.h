@@ -38,32 +38,37 @@ typedef struct nsdf_compare_options {
 
 NSDF_API void nsdf_compare_options_init(nsdf_compare_options *options);
 
-/* Distances from the points of one surface to the other surface (thesis 6.1, 6.2).  The mean values are over the random
- * points; the maximum is over these and every vertex that a triangle uses.  What is within the rounding of the
- * coordinates (2e-7 of the diagonal of the frame's box) counts as 0. */
+/* Distances from the points of one surface to the other surface (thesis 6.1, 6.2).  Triangles without area are no part
+ * of a surface.  The mean values are over the random points, one from each of as many equal parts of the area; the
+ * maximum is over these and every vertex of the triangles.  What is within the rounding of the coordinates (2.4e-7 of
+ * the diagonal of the two meshes' box) counts as 0. */
 typedef struct nsdf_distances {
     double mean, rms, max;
     double point_rms;   /* to the nearest random point of the other surface (D1); it has a floor of about half the
                            spacing of the points, where the meshes do not correspond vertex by vertex */
-    double normal_mean; /* angle between the normals at a point and at its nearest point, degrees */
+    double normal_mean; /* angle between the normals at a point and at its nearest point, degrees; 180 where one
+                           surface faces the other way */
     double normal_rms;
 } nsdf_distances;
 
 /* Of one mesh, after welding equal positions and leaving out triangles without area. */
 typedef struct nsdf_shape {
-    uint32_t vertices, triangles; /* as given */
+    uint32_t vertices, triangles; /* as given, always set */
     uint32_t components;          /* connected pieces */
     int64_t euler;                /* V - E + F: 2 - 2 genus for each closed piece */
     uint32_t open_edges;          /* edges that do not have two triangles in opposite directions */
     double area, volume;          /* volume by the divergence theorem: negative where triangles face inward */
-    double roughness;             /* GR of thesis 6.11; depends on the other mesh through the threshold of 6.10 */
+    double roughness;             /* GR of thesis 6.11; depends on the other mesh through the threshold of 6.10; set
+                                     with NSDF_COMPARE_FMPD */
 } nsdf_shape;
 
 typedef struct nsdf_difference {
     nsdf_distances to_decoded;   /* from the reference to the decoded surface */
     nsdf_distances to_reference; /* the way back */
     double hausdorff;            /* the larger of the two maxima (thesis 6.3) */
-    double fmpd;                 /* 0 to 1 (thesis 6.12, c = 8) */
+    double fmpd;                 /* 0 to 1 (thesis 6.12, c = 8); does not depend on units, as the curvature of a
+                                    vertex is its angle deficit: Wang et al.'s own program, which the thesis used,
+                                    does not divide it by an area either */
     nsdf_shape reference, decoded;
 } nsdf_difference;
 
@@ -77,8 +82,8 @@ NSDF_API void nsdf_compare_close(nsdf_compare **compare);
 
 /* Compares the meshes of one frame.  `vertex_distance` (decoded->vertex_count values, may be NULL) gets the distance of
  * every decoded vertex to the reference, those included that no triangle uses.  Measures that were not asked for are 0.
- * Fails with NSDF_INVALID_ARGUMENT when a mesh has no triangle of any area, an index out of range, or a coordinate that
- * is not finite or above 1e30; the message begins with "reference: " or "decoded: ". */
+ * Fails with NSDF_INVALID_ARGUMENT when a mesh has no triangle with an area, an index out of range, or a coordinate
+ * that is not finite or above 1e30; the message begins with "reference: " or "decoded: ". */
 NSDF_API NSDF_MUST_USE nsdf_status nsdf_compare_frame(nsdf_compare *compare, const nsdf_input_mesh *reference,
                                                       const nsdf_input_mesh *decoded, double *vertex_distance,
                                                       nsdf_difference *difference, nsdf_encoder_error *error);

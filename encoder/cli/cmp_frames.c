@@ -1,0 +1,199 @@
+#include "cmp_frames.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "cli_util.h"
+
+/* ---- Opening -------------------------------------------------------------------------------------------- */
+
+static int open_meshes(nsdf_sequence **sequence, const char *input) {
+    nsdf_encoder_error error;
+    if (nsdf_sequence_open(sequence, &input, 1, &error) == NSDF_OK)
+        return NSDF_CLI_SUCCESS;
+    nsdf_cli_error("%s", error.message);
+    return NSDF_CLI_FAILURE;
+}
+
+static int open_nsdf(cmp_frames *frames, const cmp_options *o) {
+    nsdf_decoder_options options;
+    nsdf_error error;
+    nsdf_decoder_options_init(&options);
+    options.threads = o->compare.threads;
+    options.check_all = 1;
+    if (o->resolution > options.max_resolution)
+        options.max_resolution = o->resolution;
+    if (nsdf_open_file(&frames->decoder, o->decoded, &options, &error) == NSDF_OK)
+        return NSDF_CLI_SUCCESS;
+    nsdf_cli_nsdf_error(o->decoded, &error);
+    return NSDF_CLI_FAILURE;
+}
+
+static uint32_t decoded_count(const cmp_frames *frames) {
+    nsdf_info info;
+    if (frames->decoded)
+        return nsdf_sequence_frame_count(frames->decoded);
+    return nsdf_get_info(frames->decoder, &info) == NSDF_OK ? info.frame_count : 0;
+}
+
+/* How many frames there are to choose from; 0 after an error. */
+static uint32_t common_count(const cmp_frames *frames, const cmp_options *o) {
+    const uint32_t reference = frames->reference_count, decoded = decoded_count(frames);
+    const uint32_t least = reference < decoded ? reference : decoded;
+    if (reference == decoded)
+        return reference;
+    if (!o->common) {
+        nsdf_cli_error("%s has %lu frames, %s has %lu: expected equal numbers (--common compares the first %lu)",
+                       o->reference, (unsigned long)reference, o->decoded, (unsigned long)decoded,
+                       (unsigned long)least);
+        return 0;
+    }
+    nsdf_cli_warn("%s has %lu frames, %s has %lu: the first %lu are compared", o->reference, (unsigned long)reference,
+                  o->decoded, (unsigned long)decoded, (unsigned long)least);
+    return least;
+}
+
+int cmp_frames_open(cmp_frames *frames, const cmp_options *o) {
+    memset(frames, 0, sizeof *frames);
+    for (int k = 0; k < 3; k++) {
+        frames->box_min[k] = INFINITY;
+        frames->box_max[k] = -INFINITY;
+    }
+    int result = open_meshes(&frames->reference, o->reference);
+    if (result == NSDF_CLI_SUCCESS)
+        result = cmp_is_nsdf(o->decoded) ? open_nsdf(frames, o) : open_meshes(&frames->decoded, o->decoded);
+    if (result != NSDF_CLI_SUCCESS)
+        return result;
+    frames->reference_count = nsdf_sequence_frame_count(frames->reference);
+    const uint32_t count = common_count(frames, o);
+    if (count == 0)
+        return NSDF_CLI_FAILURE;
+    if (!o->frames)
+        return nsdf_cli_list_all(&frames->chosen, count);
+    result = nsdf_cli_list_parse(&frames->chosen, "--frames", o->frames, count);
+    if (result == NSDF_CLI_SUCCESS)
+        nsdf_cli_list_sort(&frames->chosen);
+    return result;
+}
+
+void cmp_frames_close(cmp_frames *frames) {
+    nsdf_sequence_close(&frames->reference);
+    nsdf_sequence_close(&frames->decoded);
+    nsdf_mesh_free(&frames->mesh);
+    nsdf_close(&frames->decoder);
+    nsdf_cli_list_free(&frames->chosen);
+    free(frames->positions);
+    frames->positions = NULL;
+}
+
+/* ---- Loading -------------------------------------------------------------------------------------------- */
+
+static void extend_box(cmp_frames *frames, const nsdf_input_mesh *mesh) {
+    for (size_t i = 0; i < 3 * (size_t)mesh->triangle_count; i++)
+        for (int k = 0; k < 3; k++) {
+            const double x = mesh->positions[3 * (size_t)mesh->indices[i] + (size_t)k];
+            frames->box_min[k] = fmin(frames->box_min[k], x);
+            frames->box_max[k] = fmax(frames->box_max[k], x);
+        }
+}
+
+static int load_meshes(nsdf_sequence *sequence, uint32_t frame, nsdf_input_mesh *mesh) {
+    nsdf_encoder_error error;
+    if (nsdf_sequence_load(sequence, frame, mesh, &error) == NSDF_OK)
+        return NSDF_CLI_SUCCESS;
+    nsdf_cli_error("%s", error.message);
+    return NSDF_CLI_FAILURE;
+}
+
+static int copy_positions(cmp_frames *frames, const nsdf_mesh_view *view) {
+    const size_t count = 3 * (size_t)view->vertex_count;
+    if (count > frames->capacity) {
+        double *grown = realloc(frames->positions, count * sizeof *grown);
+        if (!grown) {
+            nsdf_cli_error("out of memory");
+            return NSDF_CLI_FAILURE;
+        }
+        frames->positions = grown;
+        frames->capacity = count;
+    }
+    for (size_t i = 0; i < count; i++)
+        frames->positions[i] = (double)view->positions[i];
+    return NSDF_CLI_SUCCESS;
+}
+
+static int decode(cmp_frames *frames, const cmp_options *o, uint32_t frame, nsdf_input_mesh *mesh) {
+    nsdf_mesh_options options;
+    nsdf_mesh_view view;
+    double seconds = 0.0;
+    nsdf_mesh_options_init(&options);
+    options.resolution = o->resolution;
+    options.normals = 0;
+    nsdf_status status = nsdf_frame_time(frames->decoder, frame, &seconds);
+    if (status == NSDF_OK)
+        status = nsdf_extract_mesh(frames->decoder, seconds, &options, &frames->mesh);
+    if (status == NSDF_OK)
+        status = nsdf_mesh_get_view(frames->mesh, &view);
+    if (status != NSDF_OK) {
+        nsdf_error error;
+        if (nsdf_get_error(frames->decoder, &error) != NSDF_OK || error.status != status)
+            error = (nsdf_error){.status = status};
+        nsdf_cli_nsdf_error(o->decoded, &error);
+        return NSDF_CLI_FAILURE;
+    }
+    *mesh = (nsdf_input_mesh){frames->positions, view.indices, view.vertex_count, view.triangle_count};
+    const int result = copy_positions(frames, &view);
+    mesh->positions = frames->positions;
+    return result;
+}
+
+void cmp_frames_name_decoded(const cmp_frames *frames, const cmp_options *o, uint32_t i, char *name, size_t size) {
+    const uint32_t frame = frames->chosen.numbers[i];
+    if (frames->decoded)
+        snprintf(name, size, "%s", nsdf_sequence_frame_path(frames->decoded, frame));
+    else
+        snprintf(name, size, "%s, frame %lu", o->decoded, (unsigned long)frame);
+}
+
+int cmp_frames_load(cmp_frames *frames, const cmp_options *o, uint32_t i, nsdf_input_mesh *reference,
+                    nsdf_input_mesh *decoded) {
+    const uint32_t frame = frames->chosen.numbers[i];
+    int result = load_meshes(frames->reference, frame, reference);
+    if (result == NSDF_CLI_SUCCESS) {
+        extend_box(frames, reference);
+        result = frames->decoded ? load_meshes(frames->decoded, frame, decoded) : decode(frames, o, frame, decoded);
+    }
+    return result;
+}
+
+static int add_to_box(cmp_frames *frames, uint32_t frame) {
+    nsdf_input_mesh mesh;
+    if (load_meshes(frames->reference, frame, &mesh) != NSDF_CLI_SUCCESS)
+        return NSDF_CLI_FAILURE;
+    if (nsdf_cli_interrupts() > 0) {
+        nsdf_cli_error("interrupted: nothing was written");
+        return NSDF_CLI_FAILURE;
+    }
+    extend_box(frames, &mesh);
+    return NSDF_CLI_SUCCESS;
+}
+
+int cmp_frames_read_box(cmp_frames *frames) {
+    int result = NSDF_CLI_SUCCESS;
+    for (uint32_t frame = 0; frame < frames->reference_count && result == NSDF_CLI_SUCCESS; frame++)
+        result = add_to_box(frames, frame);
+    return result;
+}
+
+int cmp_frames_finish_box(cmp_frames *frames) {
+    int result = NSDF_CLI_SUCCESS;
+    uint32_t next = 0; /* chosen numbers ascend */
+    for (uint32_t frame = 0; frame < frames->reference_count && result == NSDF_CLI_SUCCESS; frame++) {
+        if (next < frames->chosen.count && frames->chosen.numbers[next] == frame)
+            next++;
+        else
+            result = add_to_box(frames, frame);
+    }
+    return result;
+}

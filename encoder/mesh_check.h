@@ -1,0 +1,11 @@
+/* What a caller's mesh must be. */
+#ifndef NSDF_MESH_CHECK_H
+#define NSDF_MESH_CHECK_H
+
+#include "nsdf/encoder.h"
+
+/* Fails with NSDF_INVALID_ARGUMENT when there are no triangles, a coordinate is not finite or above 1e30, or an index
+ * is out of range; the message begins with `name` and a colon. */
+nsdf_status nsdf_check_mesh(const char *name, const nsdf_input_mesh *mesh, nsdf_encoder_error *error);
+
+#endif
