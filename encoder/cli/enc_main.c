@@ -6,6 +6,7 @@
 #include "nsdf/sequence.h"
 
 #include <stdio.h>
+#include <string.h>
 
 typedef struct {
     int finished_early;
@@ -109,24 +110,50 @@ static void summarise(const enc_options *o, const nsdf_encoder_stats *s) {
 }
 
 typedef struct {
-    nsdf_cli_file file, report;
+    nsdf_cli_file file, report, also[ENC_MOST_ALSO];
+    uint64_t also_bytes[ENC_MOST_ALSO];
 } outputs;
+
+static void init_outputs(outputs *out) {
+    memset(out, 0, sizeof *out);
+    out->file.descriptor = out->report.descriptor = -1;
+    for (uint32_t i = 0; i < ENC_MOST_ALSO; i++)
+        out->also[i].descriptor = -1;
+}
+
+static void drop_outputs(outputs *out) {
+    nsdf_cli_file_drop(&out->file);
+    nsdf_cli_file_drop(&out->report);
+    for (uint32_t i = 0; i < ENC_MOST_ALSO; i++)
+        nsdf_cli_file_drop(&out->also[i]);
+}
 
 /* Before anything that takes time, so that a name that cannot be written is told at once. */
 static int open_outputs(const enc_options *o, outputs *out) {
     if (nsdf_cli_file_open(&out->file, o->output) != 0)
         return -1;
+    for (uint32_t i = 0; i < o->also_count; i++)
+        if (nsdf_cli_file_open(&out->also[i], o->also[i].output) != 0)
+            return -1;
     return o->report ? nsdf_cli_file_open(&out->report, o->report) : 0;
+}
+
+static int encoded(nsdf_status status, const nsdf_encoder_error *error) {
+    if (status == NSDF_CANCELLED)
+        nsdf_cli_error("interrupted: nothing was written");
+    else if (status != NSDF_OK)
+        nsdf_cli_error("%s", error->message);
+    return status == NSDF_OK ? 0 : -1;
 }
 
 static int run(nsdf_encoder *encoder, progress_state *state) {
     nsdf_encoder_error error;
-    const nsdf_status status = nsdf_encoder_run(encoder, on_progress, state, &error);
-    if (status == NSDF_CANCELLED)
-        nsdf_cli_error("interrupted: nothing was written");
-    else if (status != NSDF_OK)
-        nsdf_cli_error("%s", error.message);
-    return status == NSDF_OK ? 0 : -1;
+    return encoded(nsdf_encoder_run(encoder, on_progress, state, &error), &error);
+}
+
+static int recode(nsdf_encoder *encoder, const enc_also *also, progress_state *state) {
+    nsdf_encoder_error error;
+    return encoded(nsdf_encoder_recode(encoder, also->weight_bits, also->entropy, on_progress, state, &error), &error);
 }
 
 static int write_file(nsdf_encoder *encoder, nsdf_cli_file *file) {
@@ -139,13 +166,24 @@ static int write_file(nsdf_encoder *encoder, nsdf_cli_file *file) {
     return status == NSDF_OK ? 0 : -1;
 }
 
+static int write_also(const enc_options *o, nsdf_encoder *encoder, outputs *out, progress_state *state) {
+    for (uint32_t i = 0; i < o->also_count; i++) {
+        nsdf_encoder_stats stats;
+        if (recode(encoder, &o->also[i], state) != 0 || nsdf_encoder_get_stats(encoder, &stats) != NSDF_OK ||
+            write_file(encoder, &out->also[i]) != 0)
+            return -1;
+        out->also_bytes[i] = stats.file_size;
+    }
+    return 0;
+}
+
 static int encode(const enc_options *o, nsdf_encoder *encoder, outputs *out) {
     nsdf_encoder_stats stats;
     progress_state state = {0};
     if (run(encoder, &state) != 0 || nsdf_encoder_get_stats(encoder, &stats) != NSDF_OK ||
-        write_file(encoder, &out->file) != 0)
+        write_file(encoder, &out->file) != 0 || write_also(o, encoder, out, &state) != 0)
         return -1;
-    if (o->report && enc_report_write(&out->report, o, &stats, state.finished_early) != 0)
+    if (o->report && enc_report_write(&out->report, o, &stats, out->also_bytes, state.finished_early) != 0)
         return -1;
     if (nsdf_cli_interrupts() >= 2) {
         nsdf_cli_error("interrupted: nothing was written");
@@ -154,6 +192,8 @@ static int encode(const enc_options *o, nsdf_encoder *encoder, outputs *out) {
     if (nsdf_cli_commit() != 0)
         return -1;
     summarise(o, &stats);
+    for (uint32_t i = 0; i < o->also_count; i++)
+        nsdf_cli_say("%s: %llu bytes", o->also[i].output, (unsigned long long)out->also_bytes[i]);
     return 0;
 }
 
@@ -173,14 +213,14 @@ static int encode_sequence(const enc_options *o, nsdf_encoder *encoder, nsdf_seq
 static int encode_inputs(const enc_options *o, nsdf_encoder *encoder) {
     nsdf_sequence *sequence = NULL;
     nsdf_encoder_error error;
-    outputs out = {.file.descriptor = -1, .report.descriptor = -1};
+    outputs out;
+    init_outputs(&out);
     if (nsdf_sequence_open(&sequence, o->inputs, o->input_count, &error) != NSDF_OK) {
         nsdf_cli_error("%s", error.message);
         return NSDF_CLI_FAILURE;
     }
     const int code = encode_sequence(o, encoder, &sequence, &out);
-    nsdf_cli_file_drop(&out.file);
-    nsdf_cli_file_drop(&out.report);
+    drop_outputs(&out);
     nsdf_cli_abort(); /* after success nothing is left to remove */
     return code;
 }

@@ -54,6 +54,7 @@ static const char help_text[] =
     "      --weight-bits B      4 to 16, or 32 for float32\n"
     "      --quantiser KIND     aware (rounding takes part in fitting) or minmax (4.13, 4.14)\n"
     "      --entropy KIND       none, deflate, zstd or range (default)\n"
+    "      --also B,KIND,FILE   write the same fit once more with B bits and this entropy coder; may be repeated\n"
     "\n"
     "Ctrl-C stops fitting and writes what there is; a second one gives up and leaves nothing.\n"
     "\n"
@@ -100,7 +101,8 @@ enum {
     OPT_BATCH_POINTS,
     OPT_WEIGHT_BITS,
     OPT_QUANTISER,
-    OPT_ENTROPY
+    OPT_ENTROPY,
+    OPT_ALSO
 };
 
 static const struct option long_options[] = {
@@ -149,6 +151,7 @@ static const struct option long_options[] = {
     {"weight-bits", required_argument, NULL, OPT_WEIGHT_BITS},
     {"quantiser", required_argument, NULL, OPT_QUANTISER},
     {"entropy", required_argument, NULL, OPT_ENTROPY},
+    {"also", required_argument, NULL, OPT_ALSO},
     {NULL, 0, NULL, 0},
 };
 
@@ -187,6 +190,24 @@ static int set_choice(int code, const char *text, const char *names, int *out) {
         }
     }
     return nsdf_cli_usage_error("--%s: '%s' is none of %s", option_name(code), text, names);
+}
+
+/* "8,deflate,small.nsdf". */
+static int add_also(enc_options *o, const char *text) {
+    char bits[16], coder[16];
+    int length = 0, choice = 0;
+    enc_also *also = &o->also[o->also_count];
+    if (sscanf(text, "%15[0-9.],%15[a-z],%n", bits, coder, &length) != 2 || length == 0 || text[length] == '\0' ||
+        nsdf_cli_parse_double(bits, &also->weight_bits) != 0)
+        return bad_value(OPT_ALSO, text, "BITS,CODER,FILE such as 8,deflate,small.nsdf");
+    if (!(also->weight_bits >= 4 && also->weight_bits <= 16) && also->weight_bits != 32)
+        return bad_value(OPT_ALSO, text, "of 4 to 16 bits, or 32");
+    const int failed = set_choice(OPT_ALSO, coder, "none|deflate|zstd|range", &choice);
+    also->entropy = (nsdf_entropy_coder)choice;
+    also->output = text + length;
+    if (!failed && ++o->also_count == ENC_MOST_ALSO)
+        return nsdf_cli_usage_error("--also: at most %d times", ENC_MOST_ALSO - 1);
+    return failed;
 }
 
 static int set_preset(enc_options *o, const char *text) {
@@ -233,6 +254,8 @@ static int apply_general(enc_options *o, int code, const char *text) {
     case OPT_REPORT:
         o->report = text;
         return 0;
+    case OPT_ALSO:
+        return add_also(o, text);
     case OPT_NO_VERIFY:
         e->verify = 0;
         return 0;
@@ -408,14 +431,31 @@ static int ends_in_obj(const char *name) {
 }
 
 /* "-o frames/" followed by a wildcard makes the first frame the output; it must not be written over. */
-static int check_output(const enc_options *options) {
-    if (!options->output || !*options->output)
+static int check_name(const char *name) {
+    if (!name || !*name)
         return nsdf_cli_usage_error("no output: name it with -o OUT.nsdf");
-    if (ends_in_obj(options->output))
-        return nsdf_cli_usage_error("the output '%s' ends in .obj: name an .nsdf file", options->output);
-    if (options->report && strcmp(options->report, options->output) == 0)
-        return nsdf_cli_usage_error("-o and --report name the same file");
+    if (ends_in_obj(name))
+        return nsdf_cli_usage_error("the output '%s' ends in .obj: name an .nsdf file", name);
     return -1;
+}
+
+static int check_also(const enc_options *options, uint32_t which) {
+    const char *name = options->also[which].output;
+    int same = strcmp(name, options->output) == 0 || (options->report && strcmp(name, options->report) == 0);
+    for (uint32_t i = 0; i < which; i++)
+        same |= strcmp(name, options->also[i].output) == 0;
+    if (same)
+        return nsdf_cli_usage_error("--also names '%s', which another option names too", name);
+    return check_name(name);
+}
+
+static int check_outputs(const enc_options *options) {
+    int done = check_name(options->output);
+    if (done < 0 && options->report && strcmp(options->report, options->output) == 0)
+        done = nsdf_cli_usage_error("-o and --report name the same file");
+    for (uint32_t i = 0; done < 0 && i < options->also_count; i++)
+        done = check_also(options, i);
+    return done;
 }
 
 int enc_options_parse(enc_options *options, int argc, char **argv) {
@@ -436,5 +476,5 @@ int enc_options_parse(enc_options *options, int argc, char **argv) {
         return nsdf_cli_usage_error("no input: name a folder, a pattern or OBJ files");
     if (options->frames && options->frame_step)
         return nsdf_cli_usage_error("--frames and --frame-step cannot be given together: --frames 0-98/2 has a step");
-    return check_output(options);
+    return check_outputs(options);
 }

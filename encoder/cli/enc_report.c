@@ -3,11 +3,12 @@
 #include <stdio.h>
 #include <string.h>
 
+static const char *const coders[] = {"none", "deflate", "zstd", "range"};
+
 static void put_options(nsdf_cli_file *f, const enc_options *o) {
     static const char *const inputs[] = {"xyz", "xyzt", "fourier"}, *const acts[] = {"sine", "relu", "tanh"};
     static const char *const times[] = {"constant", "spline", "low-rank"};
     static const char *const losses[] = {"weighted", "mae", "surface"};
-    static const char *const coders[] = {"none", "deflate", "zstd", "range"};
     const nsdf_encoder_options *e = &o->encoder;
     nsdf_cli_file_print(f, "  \"options\": {\n    \"preset\": ");
     nsdf_cli_file_print_json(f, o->preset);
@@ -42,6 +43,17 @@ static void put_options(nsdf_cli_file *f, const enc_options *o) {
         e->weight_bits, e->quantise_aware ? "aware" : "minmax", coders[e->entropy], e->resolution);
 }
 
+static void put_also(nsdf_cli_file *f, const enc_options *o, const uint64_t *bytes) {
+    nsdf_cli_file_print(f, "  \"also\": [");
+    for (uint32_t i = 0; i < o->also_count; i++) {
+        nsdf_cli_file_print(f, "%s\n    {\"output\": ", i ? "," : "");
+        nsdf_cli_file_print_json(f, o->also[i].output);
+        nsdf_cli_file_print(f, ", \"weight_bits\": %.17g, \"entropy\": \"%s\", \"bytes\": %llu}",
+                            o->also[i].weight_bits, coders[o->also[i].entropy], (unsigned long long)bytes[i]);
+    }
+    nsdf_cli_file_print(f, "],\n");
+}
+
 static void put_result(nsdf_cli_file *f, const nsdf_encoder_stats *s, int interrupted) {
     nsdf_cli_file_print(f,
                         "  \"input\": {\"frames\": %u, \"triangles\": %llu, \"open_frames\": %u, \"open_edges\": %llu, "
@@ -70,11 +82,12 @@ static void put_result(nsdf_cli_file *f, const nsdf_encoder_stats *s, int interr
 }
 
 int enc_report_write(nsdf_cli_file *file, const enc_options *options, const nsdf_encoder_stats *stats,
-                     int interrupted) {
+                     const uint64_t *also_bytes, int interrupted) {
     nsdf_cli_file_print(file, "{\n  \"version\": \"%s\",\n  \"output\": ", nsdf_version_string());
     nsdf_cli_file_print_json(file, options->output);
     nsdf_cli_file_print(file, ",\n");
     put_options(file, options);
+    put_also(file, options, also_bytes);
     put_result(file, stats, interrupted);
     nsdf_cli_file_print(file, "}\n");
     return nsdf_cli_file_close(file);
