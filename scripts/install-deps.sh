@@ -1,10 +1,21 @@
 #!/usr/bin/env bash
 # Installs what the build and the tests need, on Debian and its relatives; says what is needed elsewhere.
-# usage: install-deps.sh [--clang]      --clang: also the second compiler, for scripts/test.sh --all
+# usage: install-deps.sh [--clang] [--bench]
+#   --clang   also the second compiler, for scripts/test.sh --all
+#   --bench   also what the programs in tests/bench compare with and draw with
 set -euo pipefail
 
 packages=(gcc g++ libc6-dev cmake ninja-build pkg-config zlib1g-dev libzstd-dev libcmocka-dev zstd)
-[ "${1:-}" = --clang ] && packages+=(clang)
+for option in "$@"; do
+    case $option in
+    --clang) packages+=(clang) ;;
+    --bench) packages+=(draco libdraco-dev libmeshoptimizer-dev libopenblas-dev gnuplot-nox) ;;
+    *)
+        echo "install-deps: unknown option: $option" >&2
+        exit 2
+        ;;
+    esac
+done
 
 if ! command -v dpkg-query >/dev/null || ! command -v apt-get >/dev/null; then
     echo "install-deps: this is not Debian; please make sure that these are installed:"
