@@ -23,6 +23,14 @@ struct nsdf_encoder {
     int ran; /* run was called */
     nsdf_buffer file;
     nsdf_encoder_stats stats;
+    /* The fitted network, for nsdf_encoder_recode. */
+    nsdf_file_header header;
+    nsdf_model model;
+    float *parameters;
+    /* What was measured last, and the hash of the decoded parameters that it was measured with. */
+    int measured;
+    uint64_t measured_hash;
+    nsdf_quality_record quality;
 };
 
 /* What the stages of one run share. */
@@ -32,12 +40,9 @@ typedef struct {
     void *user;
     nsdf_encoder_error *error;
     nsdf_workers *workers;
-    nsdf_file_header header;
-    nsdf_model model;
     nsdf_dataset dataset;
     nsdf_fit_result fit;
     nsdf_sample_set *strays; /* [frame]: what verification found */
-    float *parameters;
     nsdf_coded_segment segment;
     double start;
 } run;
@@ -66,6 +71,7 @@ void nsdf_encoder_close(nsdf_encoder **encoder) {
         return;
     nsdf_frames_free(&(*encoder)->frames);
     nsdf_buffer_free(&(*encoder)->file);
+    free((*encoder)->parameters);
     free(*encoder);
     *encoder = NULL;
 }
@@ -84,7 +90,8 @@ nsdf_status nsdf_encoder_add_frame(nsdf_encoder *encoder, uint32_t frame, const 
 static nsdf_status prepare(run *r) {
     const nsdf_encoder_options *o = &r->encoder->options;
     nsdf_frames *frames = &r->encoder->frames;
-    nsdf_file_header *h = &r->header;
+    nsdf_file_header *h = &r->encoder->header;
+    nsdf_model *model = &r->encoder->model;
     nsdf_status status = nsdf_frames_normalise(frames, domain_margin, h, r->error);
     h->rate_num = o->rate_num;
     h->rate_den = o->rate_den;
@@ -93,13 +100,13 @@ static nsdf_status prepare(run *r) {
     h->default_resolution = o->resolution;
     h->extraction_bound = provisional_bound;
     r->workers = nsdf_workers_create(o->threads);
-    nsdf_model_describe(&r->model, o, frames->count);
-    if (status == NSDF_OK && r->model.parameter_count > NSDF_MAX_PARAMETERS)
+    nsdf_model_describe(model, o, frames->count);
+    if (status == NSDF_OK && model->parameter_count > NSDF_MAX_PARAMETERS)
         return nsdf_encoder_fail(r->error, NSDF_LIMIT, "the model has %llu parameters, at most %llu are allowed",
-                                 (unsigned long long)r->model.parameter_count, (unsigned long long)NSDF_MAX_PARAMETERS);
+                                 (unsigned long long)model->parameter_count, (unsigned long long)NSDF_MAX_PARAMETERS);
     r->strays = calloc(frames->count, sizeof *r->strays);
-    r->parameters = malloc(r->model.parameter_count * sizeof(float));
-    if (status == NSDF_OK && (!r->workers || !r->parameters || !r->strays))
+    r->encoder->parameters = malloc(model->parameter_count * sizeof(float));
+    if (status == NSDF_OK && (!r->workers || !r->encoder->parameters || !r->strays))
         return nsdf_encoder_fail(r->error, NSDF_NO_MEMORY, "out of memory");
     return status;
 }
@@ -107,11 +114,12 @@ static nsdf_status prepare(run *r) {
 static nsdf_status sample(run *r) {
     nsdf_frames *frames = &r->encoder->frames;
     nsdf_encoder_stats *stats = &r->encoder->stats;
-    nsdf_dataset_job job = {frames, &r->encoder->options, &r->header, r->workers, r->progress, r->user, r->start};
+    nsdf_dataset_job job = {frames,  &r->encoder->options, &r->encoder->header, r->workers, r->progress, r->user,
+                            r->start};
     nsdf_status status = nsdf_dataset_create(&r->dataset, &job, r->error);
     if (status != NSDF_OK)
         return status;
-    nsdf_dataset_normalise(&r->dataset, &r->encoder->options, &r->model.desc);
+    nsdf_dataset_normalise(&r->dataset, &r->encoder->options, &r->encoder->model.desc);
     for (uint32_t i = 0; i < frames->count; i++) {
         stats->open_edges += frames->frames[i].open_edges;
         stats->open_frames += frames->frames[i].open_edges > 0;
@@ -121,13 +129,13 @@ static nsdf_status sample(run *r) {
 }
 
 static nsdf_fit_job fit_job(run *r) {
-    nsdf_fit_job job = {&r->model,
+    nsdf_fit_job job = {&r->encoder->model,
                         &r->encoder->options,
                         r->dataset.sets,
                         r->dataset.u,
                         r->dataset.frame_count,
                         &r->encoder->frames,
-                        &r->header,
+                        &r->encoder->header,
                         r->workers,
                         r->progress,
                         r->user,
@@ -155,8 +163,8 @@ static nsdf_status fitted(run *r, int failed) {
 static nsdf_status fit(run *r) {
     nsdf_random random = nsdf_random_start(r->encoder->options.seed, 1);
     nsdf_fit_job job = fit_job(r);
-    nsdf_model_initialise(&r->model, &random, r->parameters);
-    return fitted(r, nsdf_fit_run(&job, r->parameters, &r->fit));
+    nsdf_model_initialise(&r->encoder->model, &random, r->encoder->parameters);
+    return fitted(r, nsdf_fit_run(&job, r->encoder->parameters, &r->fit));
 }
 
 static nsdf_status code(run *r) {
@@ -164,9 +172,9 @@ static nsdf_status code(run *r) {
     nsdf_quantise_params quantise = {o->weight_bits, 1};
     r->segment.payload.size = 0;
     if (!o->quantise_aware)
-        nsdf_choose_quantisers(&r->model, &quantise, r->parameters);
-    if (nsdf_code_segment(&r->model, r->parameters, &r->segment) != 0 ||
-        nsdf_assemble_file(&r->header, &r->segment, NULL, &r->encoder->file) != 0)
+        nsdf_choose_quantisers(&r->encoder->model, &quantise, r->encoder->parameters);
+    if (nsdf_code_segment(&r->encoder->model, r->encoder->parameters, &r->segment) != 0 ||
+        nsdf_assemble_file(&r->encoder->header, &r->segment, NULL, &r->encoder->file) != 0)
         return nsdf_encoder_fail(r->error, NSDF_INTERNAL, "the parameters cannot be coded");
     return NSDF_OK;
 }
@@ -177,23 +185,40 @@ static void copy_quality(const nsdf_quality_record *q, nsdf_quality *out) {
     *out = public;
 }
 
+static nsdf_status assemble(run *r, const nsdf_quality_record *quality) {
+    nsdf_encoder *e = r->encoder;
+    if (nsdf_assemble_file(&e->header, &r->segment, quality, &e->file) != 0)
+        return nsdf_encoder_fail(r->error, NSDF_NO_MEMORY, "out of memory");
+    return NSDF_OK;
+}
+
+/* Finds the bound and, when verifying, the error. */
+static nsdf_status measure(run *r, double *seconds_bound) {
+    nsdf_encoder *e = r->encoder;
+    nsdf_check_job job = {&e->frames, &e->header, &e->options, r->progress, r->user, r->start};
+    double began = nsdf_clock();
+    nsdf_status status = nsdf_measure_bound(&job, &e->file, &e->header.extraction_bound, r->error);
+    *seconds_bound = nsdf_clock() - began;
+    e->stats.bound = (double)e->header.extraction_bound;
+    if (status == NSDF_OK)
+        status = assemble(r, NULL);
+    if (status == NSDF_OK && e->options.verify)
+        status = nsdf_verify_file(&job, r->workers, &e->file, &e->quality, &e->stats.stray_pieces, r->strays, r->error);
+    e->measured = status == NSDF_OK;
+    e->measured_hash = r->segment.hash;
+    return status;
+}
+
+/* Another coding of the same parameters needs no measuring. */
 static nsdf_status check(run *r, double *seconds_bound) {
     nsdf_encoder *e = r->encoder;
-    nsdf_quality_record quality;
-    nsdf_check_job job = {&e->frames, &r->header, &e->options, r->progress, r->user, r->start};
-    double began = nsdf_clock();
-    nsdf_status status = nsdf_measure_bound(&job, &e->file, &r->header.extraction_bound, r->error);
-    *seconds_bound = nsdf_clock() - began;
-    e->stats.bound = (double)r->header.extraction_bound;
-    if (status == NSDF_OK && nsdf_assemble_file(&r->header, &r->segment, NULL, &e->file) != 0)
-        status = nsdf_encoder_fail(r->error, NSDF_NO_MEMORY, "out of memory");
-    if (status != NSDF_OK || !e->options.verify)
-        return status;
-    status = nsdf_verify_file(&job, r->workers, &e->file, &quality, &e->stats.stray_pieces, r->strays, r->error);
-    if (status == NSDF_OK && nsdf_assemble_file(&r->header, &r->segment, &quality, &e->file) != 0)
-        status = nsdf_encoder_fail(r->error, NSDF_NO_MEMORY, "out of memory");
-    if (status == NSDF_OK)
-        copy_quality(&quality, &e->stats.quality);
+    nsdf_status status = NSDF_OK;
+    if (!e->measured || e->measured_hash != r->segment.hash)
+        status = measure(r, seconds_bound);
+    if (status == NSDF_OK && e->options.verify) {
+        copy_quality(&e->quality, &e->stats.quality);
+        status = assemble(r, &e->quality);
+    }
     return status;
 }
 
@@ -222,7 +247,7 @@ static nsdf_status mend(run *r) {
     nsdf_encoder_stats *stats = &r->encoder->stats;
     nsdf_fit_job job = fit_job(r);
     double began = nsdf_clock();
-    nsdf_status status = fitted(r, nsdf_fit_mend(&job, r->strays, r->parameters, &r->fit));
+    nsdf_status status = fitted(r, nsdf_fit_mend(&job, r->strays, r->encoder->parameters, &r->fit));
     stats->seconds_fit += nsdf_clock() - began;
     forget_strays(r);
     return status == NSDF_OK ? code_and_check(r) : status;
@@ -232,7 +257,7 @@ static nsdf_status mend(run *r) {
  */
 static int worth_mending(const run *r) {
     uint32_t pieces = r->encoder->stats.stray_pieces;
-    return pieces > 0 && pieces <= r->encoder->frames.count + 8;
+    return r->encoder->options.hard_samples && pieces > 0 && pieces <= r->encoder->frames.count + 8;
 }
 
 static nsdf_status run_stages(run *r) {
@@ -272,10 +297,10 @@ nsdf_status nsdf_encoder_run(nsdf_encoder *encoder, nsdf_progress_fn progress, v
     nsdf_status status = run_stages(&r);
     nsdf_encoder_stats *stats = &encoder->stats;
     stats->frames = encoder->frames.count;
-    stats->nominal_frames = r.header.frame_count;
+    stats->nominal_frames = encoder->header.frame_count;
     stats->triangles = encoder->frames.triangles;
-    stats->diagonal = r.header.scale;
-    stats->parameters = r.model.parameter_count;
+    stats->diagonal = encoder->header.scale;
+    stats->parameters = encoder->model.parameter_count;
     if (status != NSDF_OK)
         encoder->file.size = 0;
     stats->file_size = encoder->file.size;
@@ -284,7 +309,59 @@ nsdf_status nsdf_encoder_run(nsdf_encoder *encoder, nsdf_progress_fn progress, v
     free(r.strays);
     nsdf_workers_free(r.workers);
     nsdf_buffer_free(&r.segment.payload);
-    free(r.parameters);
+    return status;
+}
+
+/* Codes and checks the fitted network as the options say now. */
+static nsdf_status recode(run *r) {
+    nsdf_encoder *e = r->encoder;
+    nsdf_status status = NSDF_OK;
+    r->workers = nsdf_workers_create(e->options.threads);
+    r->strays = calloc(e->frames.count, sizeof *r->strays);
+    if (!r->workers || !r->strays)
+        status = nsdf_encoder_fail(r->error, NSDF_NO_MEMORY, "out of memory");
+    if (status == NSDF_OK)
+        status = code_and_check(r);
+    if (status != NSDF_OK)
+        e->file.size = 0;
+    e->stats.file_size = e->file.size;
+    forget_strays(r);
+    free(r->strays);
+    nsdf_workers_free(r->workers);
+    nsdf_buffer_free(&r->segment.payload);
+    return status;
+}
+
+nsdf_status nsdf_encoder_recode(nsdf_encoder *encoder, double weight_bits, nsdf_entropy_coder entropy,
+                                nsdf_progress_fn progress, void *user, nsdf_encoder_error *error) {
+    if (!encoder)
+        return nsdf_encoder_fail(error, NSDF_INVALID_ARGUMENT, "a NULL was given");
+    if (encoder->file.size == 0)
+        return nsdf_encoder_fail(error, NSDF_INVALID_ARGUMENT, "nothing was encoded");
+    const nsdf_encoder_options given = encoder->options;
+    const nsdf_model fitted_model = encoder->model;
+    nsdf_encoder_options options = given;
+    nsdf_quantise_params quantise = {weight_bits, 0};
+    options.weight_bits = weight_bits;
+    options.entropy = entropy;
+    nsdf_status status = nsdf_encoder_options_check(&options, error);
+    if (status != NSDF_OK)
+        return status;
+    run r;
+    memset(&r, 0, sizeof r);
+    r.encoder = encoder;
+    r.progress = progress;
+    r.user = user;
+    r.error = error;
+    r.start = nsdf_clock();
+    encoder->options = options;
+    encoder->model.desc.entropy = (uint8_t)entropy;
+    /* Fitting chose those of its own number of bits; code() chooses the others. */
+    if (options.quantise_aware && weight_bits != given.weight_bits)
+        nsdf_choose_quantisers(&encoder->model, &quantise, encoder->parameters);
+    status = recode(&r);
+    encoder->options = given;
+    encoder->model = fitted_model;
     return status;
 }
 

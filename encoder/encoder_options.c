@@ -24,6 +24,7 @@ static nsdf_encoder_options common_options(void) {
     o.fourier_features = 20; /* five per input value, as in thesis chapter 8 */
     o.fourier_sigma = sqrt(3.0);
     o.d_half = 0.01;
+    o.hard_samples = 1;
     o.loss_d0 = 0.02;
     o.loss_delta = 0.01;
     o.loss_slope = 200.0;
@@ -47,6 +48,7 @@ static void thesis_options(nsdf_encoder_options *o) {
     o->output_tanh = 1;
     o->sampling = NSDF_SAMPLE_REJECTION;
     o->sdf_norm = NSDF_SDF_UNIT_RANGE;
+    o->hard_samples = 0;
     o->loss = NSDF_LOSS_MAE;
     o->steps = 4000;
     o->learning_rate = 5e-4;

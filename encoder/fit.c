@@ -196,7 +196,8 @@ static void run_slot(void *data, uint32_t index, uint32_t worker) {
     sl->sums = (nsdf_fit_sums){0, 0, 0};
     nsdf_fit_backward(job->model, s->kernels, s->scratch[worker], sl->composed, &points, &s->loss, scale, sl->gradient,
                       sl->losses, &sl->sums);
-    find_worst(sl, (size_t)(points.d - job->samples[sl->frame].d), points.count);
+    if (job->options->hard_samples)
+        find_worst(sl, (size_t)(points.d - job->samples[sl->frame].d), points.count);
     if (sl->extra_count == 0)
         return;
     nsdf_fit_points extra = {sl->extra[0], sl->extra[1], sl->extra[2], sl->extra[3], sl->extra_count, points.time};
@@ -316,7 +317,8 @@ static int fit_steps(state *s, float *parameters, double began, nsdf_fit_result 
     for (uint64_t step = 0; step < o->steps; step++) {
         if (step == rounding_from)
             nsdf_choose_quantisers(s->job->model, &quantise, parameters);
-        if (s->searched < SEARCHES && step == (uint64_t)(searches[s->searched].at * (double)o->steps) && step > 0 &&
+        if (o->hard_samples && s->searched < SEARCHES && step > 0 &&
+            step == (uint64_t)(searches[s->searched].at * (double)o->steps) &&
             find_strays(s, s->active, searches[s->searched].resolution, result) != 0)
             return -1;
         one_step(s, parameters, nsdf_rate_schedule(step, o->steps, o->learning_rate), step >= rounding_from);
@@ -400,7 +402,7 @@ int nsdf_fit_run(const nsdf_fit_job *job, float *parameters, nsdf_fit_result *re
     double began = nsdf_clock();
     if (answer == NSDF_CONTINUE)
         answer = fit_steps(&s, parameters, began, result);
-    if (answer == NSDF_CONTINUE)
+    if (answer == NSDF_CONTINUE && o->hard_samples)
         answer = repair(&s, parameters, began, result);
     result->near_error = s.near_error;
     result->diverged = !all_finite(parameters, job->model->parameter_count);

@@ -1,10 +1,12 @@
 /* nsdf-enc: mesh sequence in, .nsdf file out. */
+#include "cli_list.h"
 #include "cli_util.h"
 #include "enc_options.h"
 #include "enc_report.h"
 #include "nsdf/sequence.h"
 
 #include <stdio.h>
+#include <string.h>
 
 typedef struct {
     int finished_early;
@@ -38,9 +40,17 @@ static int on_progress(void *user, const nsdf_progress *p) {
     return NSDF_CONTINUE;
 }
 
-/* Frames that --frame-step leaves; the last one is always among them, so that no time is extrapolated. */
-static int wanted(uint32_t index, uint32_t count, uint32_t step) {
-    return index % step == 0 || index + 1 == count;
+/* Which frames to fit.  With --frame-step the last one is always among them, so that no time is extrapolated. */
+static int choose_frames(const enc_options *o, uint32_t count, nsdf_cli_list *list) {
+    int code = o->frames ? nsdf_cli_list_parse(list, "--frames", o->frames, count) : nsdf_cli_list_all(list, count);
+    uint32_t kept = 0;
+    nsdf_cli_list_sort(list);
+    for (uint32_t i = 0; o->frame_step && i < list->count; i++)
+        if (i % o->frame_step == 0 || i + 1 == count)
+            list->numbers[kept++] = i;
+    if (o->frame_step)
+        list->count = kept;
+    return code;
 }
 
 static int load_frame(nsdf_encoder *encoder, nsdf_sequence *sequence, uint32_t index) {
@@ -57,13 +67,10 @@ static int load_frame(nsdf_encoder *encoder, nsdf_sequence *sequence, uint32_t i
     return 0;
 }
 
-static int add_frames(const enc_options *o, nsdf_encoder *encoder, nsdf_sequence *sequence) {
-    const uint32_t count = nsdf_sequence_frame_count(sequence);
-    for (uint32_t i = 0; i < count; i++) {
-        if (!wanted(i, count, o->frame_step))
-            continue;
-        nsdf_cli_progress("reading %u of %u", i + 1, count);
-        if (load_frame(encoder, sequence, i) != 0)
+static int add_frames(const nsdf_cli_list *list, nsdf_encoder *encoder, nsdf_sequence *sequence) {
+    for (uint32_t i = 0; i < list->count; i++) {
+        nsdf_cli_progress("reading %u of %u", i + 1, list->count);
+        if (load_frame(encoder, sequence, list->numbers[i]) != 0)
             return -1;
         if (nsdf_cli_interrupts() > 0) {
             nsdf_cli_error("interrupted: nothing was written");
@@ -103,24 +110,50 @@ static void summarise(const enc_options *o, const nsdf_encoder_stats *s) {
 }
 
 typedef struct {
-    nsdf_cli_file file, report;
+    nsdf_cli_file file, report, also[ENC_MOST_ALSO];
+    uint64_t also_bytes[ENC_MOST_ALSO];
 } outputs;
+
+static void init_outputs(outputs *out) {
+    memset(out, 0, sizeof *out);
+    out->file.descriptor = out->report.descriptor = -1;
+    for (uint32_t i = 0; i < ENC_MOST_ALSO; i++)
+        out->also[i].descriptor = -1;
+}
+
+static void drop_outputs(outputs *out) {
+    nsdf_cli_file_drop(&out->file);
+    nsdf_cli_file_drop(&out->report);
+    for (uint32_t i = 0; i < ENC_MOST_ALSO; i++)
+        nsdf_cli_file_drop(&out->also[i]);
+}
 
 /* Before anything that takes time, so that a name that cannot be written is told at once. */
 static int open_outputs(const enc_options *o, outputs *out) {
     if (nsdf_cli_file_open(&out->file, o->output) != 0)
         return -1;
+    for (uint32_t i = 0; i < o->also_count; i++)
+        if (nsdf_cli_file_open(&out->also[i], o->also[i].output) != 0)
+            return -1;
     return o->report ? nsdf_cli_file_open(&out->report, o->report) : 0;
+}
+
+static int encoded(nsdf_status status, const nsdf_encoder_error *error) {
+    if (status == NSDF_CANCELLED)
+        nsdf_cli_error("interrupted: nothing was written");
+    else if (status != NSDF_OK)
+        nsdf_cli_error("%s", error->message);
+    return status == NSDF_OK ? 0 : -1;
 }
 
 static int run(nsdf_encoder *encoder, progress_state *state) {
     nsdf_encoder_error error;
-    const nsdf_status status = nsdf_encoder_run(encoder, on_progress, state, &error);
-    if (status == NSDF_CANCELLED)
-        nsdf_cli_error("interrupted: nothing was written");
-    else if (status != NSDF_OK)
-        nsdf_cli_error("%s", error.message);
-    return status == NSDF_OK ? 0 : -1;
+    return encoded(nsdf_encoder_run(encoder, on_progress, state, &error), &error);
+}
+
+static int recode(nsdf_encoder *encoder, const enc_also *also, progress_state *state) {
+    nsdf_encoder_error error;
+    return encoded(nsdf_encoder_recode(encoder, also->weight_bits, also->entropy, on_progress, state, &error), &error);
 }
 
 static int write_file(nsdf_encoder *encoder, nsdf_cli_file *file) {
@@ -133,13 +166,24 @@ static int write_file(nsdf_encoder *encoder, nsdf_cli_file *file) {
     return status == NSDF_OK ? 0 : -1;
 }
 
+static int write_also(const enc_options *o, nsdf_encoder *encoder, outputs *out, progress_state *state) {
+    for (uint32_t i = 0; i < o->also_count; i++) {
+        nsdf_encoder_stats stats;
+        if (recode(encoder, &o->also[i], state) != 0 || nsdf_encoder_get_stats(encoder, &stats) != NSDF_OK ||
+            write_file(encoder, &out->also[i]) != 0)
+            return -1;
+        out->also_bytes[i] = stats.file_size;
+    }
+    return 0;
+}
+
 static int encode(const enc_options *o, nsdf_encoder *encoder, outputs *out) {
     nsdf_encoder_stats stats;
     progress_state state = {0};
     if (run(encoder, &state) != 0 || nsdf_encoder_get_stats(encoder, &stats) != NSDF_OK ||
-        write_file(encoder, &out->file) != 0)
+        write_file(encoder, &out->file) != 0 || write_also(o, encoder, out, &state) != 0)
         return -1;
-    if (o->report && enc_report_write(&out->report, o, &stats, state.finished_early) != 0)
+    if (o->report && enc_report_write(&out->report, o, &stats, out->also_bytes, state.finished_early) != 0)
         return -1;
     if (nsdf_cli_interrupts() >= 2) {
         nsdf_cli_error("interrupted: nothing was written");
@@ -148,27 +192,37 @@ static int encode(const enc_options *o, nsdf_encoder *encoder, outputs *out) {
     if (nsdf_cli_commit() != 0)
         return -1;
     summarise(o, &stats);
+    for (uint32_t i = 0; i < o->also_count; i++)
+        nsdf_cli_say("%s: %llu bytes", o->also[i].output, (unsigned long long)out->also_bytes[i]);
     return 0;
+}
+
+/* Everything from open inputs on; out is released by the caller. */
+static int encode_sequence(const enc_options *o, nsdf_encoder *encoder, nsdf_sequence **sequence, outputs *out) {
+    nsdf_cli_list list;
+    int code = choose_frames(o, nsdf_sequence_frame_count(*sequence), &list);
+    if (code == NSDF_CLI_SUCCESS && (open_outputs(o, out) != 0 || add_frames(&list, encoder, *sequence) != 0))
+        code = NSDF_CLI_FAILURE;
+    nsdf_cli_list_free(&list);
+    nsdf_sequence_close(sequence);
+    if (code == NSDF_CLI_SUCCESS && encode(o, encoder, out) != 0)
+        code = NSDF_CLI_FAILURE;
+    return code;
 }
 
 static int encode_inputs(const enc_options *o, nsdf_encoder *encoder) {
     nsdf_sequence *sequence = NULL;
     nsdf_encoder_error error;
-    outputs out = {.file.descriptor = -1, .report.descriptor = -1};
+    outputs out;
+    init_outputs(&out);
     if (nsdf_sequence_open(&sequence, o->inputs, o->input_count, &error) != NSDF_OK) {
         nsdf_cli_error("%s", error.message);
-        return -1;
+        return NSDF_CLI_FAILURE;
     }
-    int result = open_outputs(o, &out);
-    if (result == 0)
-        result = add_frames(o, encoder, sequence);
-    nsdf_sequence_close(&sequence);
-    if (result == 0)
-        result = encode(o, encoder, &out);
-    nsdf_cli_file_drop(&out.file);
-    nsdf_cli_file_drop(&out.report);
+    const int code = encode_sequence(o, encoder, &sequence, &out);
+    drop_outputs(&out);
     nsdf_cli_abort(); /* after success nothing is left to remove */
-    return result;
+    return code;
 }
 
 int main(int argc, char **argv) {
@@ -185,5 +239,5 @@ int main(int argc, char **argv) {
     nsdf_cli_catch_signals();
     const int result = encode_inputs(&options, encoder);
     nsdf_encoder_close(&encoder);
-    return result == 0 ? NSDF_CLI_SUCCESS : NSDF_CLI_FAILURE;
+    return result;
 }

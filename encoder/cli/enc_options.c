@@ -18,6 +18,7 @@ static const char help_text[] =
     "  -o, --output FILE        file to write\n"
     "      --fps F              frames per second: 25, 29.97 or 60000/1001 (default 25)\n"
     "      --frame-step N       fit every Nth frame and the last one only; the others are interpolated (default 1)\n"
+    "      --frames LIST        fit these frames only, numbered from 0: 7 or 0-9,20 or 1-173/2 (every second)\n"
     "      --preset NAME        fast, medium (default; also called temporal), slow or thesis\n"
     "      --shell T            the surface is an open sheet: give it thickness T, in the input's units\n"
     "      --resolution N       resolution at which players extract by default, and at which the result is verified:\n"
@@ -44,6 +45,7 @@ static const char help_text[] =
     "      --sampling KIND      near (surface points displaced by normal noise) or rejection;  --d-half F  d_0.5\n"
     "      --samples N          samples per frame (0 = from the number of frames)\n"
     "      --time-norm KIND     unit (5.11) or speed (5.13);  --sdf-norm KIND  diagonal or unit (5.10)\n"
+    "      --hard-samples Y     on or off: more samples where the error is and where surface appears astray\n"
     "Fitting (thesis 4.1, 4.2):\n"
     "      --loss KIND          weighted, mae or surface;  --loss-d0 F;  --delta F, --slope F of the surface loss\n"
     "      --steps N            of Adam;  --learning-rate F\n"
@@ -52,6 +54,7 @@ static const char help_text[] =
     "      --weight-bits B      4 to 16, or 32 for float32\n"
     "      --quantiser KIND     aware (rounding takes part in fitting) or minmax (4.13, 4.14)\n"
     "      --entropy KIND       none, deflate, zstd or range (default)\n"
+    "      --also B,KIND,FILE   write the same fit once more with B bits and this entropy coder; may be repeated\n"
     "\n"
     "Ctrl-C stops fitting and writes what there is; a second one gives up and leaves nothing.\n"
     "\n"
@@ -60,6 +63,7 @@ static const char help_text[] =
 enum {
     OPT_FPS = 256,
     OPT_FRAME_STEP,
+    OPT_FRAMES,
     OPT_PRESET,
     OPT_SHELL,
     OPT_RESOLUTION,
@@ -86,6 +90,7 @@ enum {
     OPT_SAMPLES,
     OPT_TIME_NORM,
     OPT_SDF_NORM,
+    OPT_HARD_SAMPLES,
     OPT_LOSS,
     OPT_LOSS_D0,
     OPT_DELTA,
@@ -96,7 +101,8 @@ enum {
     OPT_BATCH_POINTS,
     OPT_WEIGHT_BITS,
     OPT_QUANTISER,
-    OPT_ENTROPY
+    OPT_ENTROPY,
+    OPT_ALSO
 };
 
 static const struct option long_options[] = {
@@ -107,6 +113,7 @@ static const struct option long_options[] = {
     {"version", no_argument, NULL, OPT_VERSION},
     {"fps", required_argument, NULL, OPT_FPS},
     {"frame-step", required_argument, NULL, OPT_FRAME_STEP},
+    {"frames", required_argument, NULL, OPT_FRAMES},
     {"preset", required_argument, NULL, OPT_PRESET},
     {"shell", required_argument, NULL, OPT_SHELL},
     {"resolution", required_argument, NULL, OPT_RESOLUTION},
@@ -132,6 +139,7 @@ static const struct option long_options[] = {
     {"samples", required_argument, NULL, OPT_SAMPLES},
     {"time-norm", required_argument, NULL, OPT_TIME_NORM},
     {"sdf-norm", required_argument, NULL, OPT_SDF_NORM},
+    {"hard-samples", required_argument, NULL, OPT_HARD_SAMPLES},
     {"loss", required_argument, NULL, OPT_LOSS},
     {"loss-d0", required_argument, NULL, OPT_LOSS_D0},
     {"delta", required_argument, NULL, OPT_DELTA},
@@ -143,6 +151,7 @@ static const struct option long_options[] = {
     {"weight-bits", required_argument, NULL, OPT_WEIGHT_BITS},
     {"quantiser", required_argument, NULL, OPT_QUANTISER},
     {"entropy", required_argument, NULL, OPT_ENTROPY},
+    {"also", required_argument, NULL, OPT_ALSO},
     {NULL, 0, NULL, 0},
 };
 
@@ -183,6 +192,24 @@ static int set_choice(int code, const char *text, const char *names, int *out) {
     return nsdf_cli_usage_error("--%s: '%s' is none of %s", option_name(code), text, names);
 }
 
+/* "8,deflate,small.nsdf". */
+static int add_also(enc_options *o, const char *text) {
+    char bits[16], coder[16];
+    int length = 0, choice = 0;
+    enc_also *also = &o->also[o->also_count];
+    if (sscanf(text, "%15[0-9.],%15[a-z],%n", bits, coder, &length) != 2 || length == 0 || text[length] == '\0' ||
+        nsdf_cli_parse_double(bits, &also->weight_bits) != 0)
+        return bad_value(OPT_ALSO, text, "BITS,CODER,FILE such as 8,deflate,small.nsdf");
+    if (!(also->weight_bits >= 4 && also->weight_bits <= 16) && also->weight_bits != 32)
+        return bad_value(OPT_ALSO, text, "of 4 to 16 bits, or 32");
+    const int failed = set_choice(OPT_ALSO, coder, "none|deflate|zstd|range", &choice);
+    also->entropy = (nsdf_entropy_coder)choice;
+    also->output = text + length;
+    if (!failed && ++o->also_count == ENC_MOST_ALSO)
+        return nsdf_cli_usage_error("--also: at most %d times", ENC_MOST_ALSO - 1);
+    return failed;
+}
+
 static int set_preset(enc_options *o, const char *text) {
     int preset = 0;
     int failed = set_choice(OPT_PRESET, text, "fast|medium|slow|thesis|temporal", &preset);
@@ -217,6 +244,9 @@ static int apply_general(enc_options *o, int code, const char *text) {
         return nsdf_cli_parse_u32(text, 1, UINT32_MAX, &o->frame_step) == 0
                    ? 0
                    : bad_value(code, text, "a whole number from 1 up");
+    case OPT_FRAMES:
+        o->frames = text;
+        return 0;
     case OPT_SHELL:
         return set_double(code, text, &e->shell);
     case OPT_RESOLUTION:
@@ -224,6 +254,8 @@ static int apply_general(enc_options *o, int code, const char *text) {
     case OPT_REPORT:
         o->report = text;
         return 0;
+    case OPT_ALSO:
+        return add_also(o, text);
     case OPT_NO_VERIFY:
         e->verify = 0;
         return 0;
@@ -297,6 +329,8 @@ static int apply_data(nsdf_encoder_options *e, int code, const char *text) {
         failed = set_choice(code, text, "diagonal|unit", &choice);
         e->sdf_norm = (nsdf_sdf_norm)choice;
         return failed;
+    case OPT_HARD_SAMPLES:
+        return set_choice(code, text, "off|on", &e->hard_samples);
     default:
         return -1;
     }
@@ -397,21 +431,36 @@ static int ends_in_mesh(const char *name) {
 }
 
 /* "-o frames/" followed by a wildcard makes the first frame the output; it must not be written over. */
-static int check_output(const enc_options *options) {
-    if (!options->output || !*options->output)
+static int check_name(const char *name) {
+    if (!name || !*name)
         return nsdf_cli_usage_error("no output: name it with -o OUT.nsdf");
-    if (ends_in_mesh(options->output))
-        return nsdf_cli_usage_error("the output '%s' ends in %s: name an .nsdf file", options->output,
-                                    options->output + strlen(options->output) - 4);
-    if (options->report && strcmp(options->report, options->output) == 0)
-        return nsdf_cli_usage_error("-o and --report name the same file");
+    if (ends_in_mesh(name))
+        return nsdf_cli_usage_error("the output '%s' ends in %s: name an .nsdf file", name, name + strlen(name) - 4);
     return -1;
+}
+
+static int check_also(const enc_options *options, uint32_t which) {
+    const char *name = options->also[which].output;
+    int same = strcmp(name, options->output) == 0 || (options->report && strcmp(name, options->report) == 0);
+    for (uint32_t i = 0; i < which; i++)
+        same |= strcmp(name, options->also[i].output) == 0;
+    if (same)
+        return nsdf_cli_usage_error("--also names '%s', which another option names too", name);
+    return check_name(name);
+}
+
+static int check_outputs(const enc_options *options) {
+    int done = check_name(options->output);
+    if (done < 0 && options->report && strcmp(options->report, options->output) == 0)
+        done = nsdf_cli_usage_error("-o and --report name the same file");
+    for (uint32_t i = 0; done < 0 && i < options->also_count; i++)
+        done = check_also(options, i);
+    return done;
 }
 
 int enc_options_parse(enc_options *options, int argc, char **argv) {
     int weights_given = 0;
     memset(options, 0, sizeof *options);
-    options->frame_step = 1;
     options->preset = "medium";
     nsdf_encoder_options_init(&options->encoder, NSDF_PRESET_MEDIUM);
     int done = pass(options, argc, argv, 1, &weights_given);
@@ -425,5 +474,7 @@ int enc_options_parse(enc_options *options, int argc, char **argv) {
         options->encoder.weight_time = NSDF_TIME_CONSTANT; /* time is an input already */
     if (options->input_count == 0)
         return nsdf_cli_usage_error("no input: name a folder, a pattern or OBJ or PLY files");
-    return check_output(options);
+    if (options->frames && options->frame_step)
+        return nsdf_cli_usage_error("--frames and --frame-step cannot be given together: --frames 0-98/2 has a step");
+    return check_outputs(options);
 }

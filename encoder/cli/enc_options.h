@@ -4,12 +4,24 @@
 
 #include "nsdf/encoder.h"
 
+enum { ENC_MOST_ALSO = 64 };
+
+/* Another coding of the fit. */
+typedef struct enc_also {
+    double weight_bits;
+    nsdf_entropy_coder entropy;
+    const char *output; /* borrowed from the arguments */
+} enc_also;
+
 typedef struct enc_options {
     nsdf_encoder_options encoder;
     const char *const *inputs;
     size_t input_count;
     const char *output, *report, *preset;
-    uint32_t frame_step;
+    const char *frames;  /* list of frames to fit; NULL = all */
+    uint32_t frame_step; /* every so many frames and the last; 0 when not given */
+    enc_also also[ENC_MOST_ALSO];
+    uint32_t also_count;
     int quiet, verbose;
 } enc_options;
 

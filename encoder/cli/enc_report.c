@@ -3,16 +3,19 @@
 #include <stdio.h>
 #include <string.h>
 
+static const char *const coders[] = {"none", "deflate", "zstd", "range"};
+
 static void put_options(nsdf_cli_file *f, const enc_options *o) {
     static const char *const inputs[] = {"xyz", "xyzt", "fourier"}, *const acts[] = {"sine", "relu", "tanh"};
     static const char *const times[] = {"constant", "spline", "low-rank"};
     static const char *const losses[] = {"weighted", "mae", "surface"};
-    static const char *const coders[] = {"none", "deflate", "zstd", "range"};
     const nsdf_encoder_options *e = &o->encoder;
     nsdf_cli_file_print(f, "  \"options\": {\n    \"preset\": ");
     nsdf_cli_file_print_json(f, o->preset);
-    nsdf_cli_file_print(f, ", \"fps\": [%u, %u], \"frame_step\": %u, \"seed\": %llu, \"threads\": %u,\n", e->rate_num,
-                        e->rate_den, o->frame_step, (unsigned long long)e->seed, e->threads);
+    nsdf_cli_file_print(f, ", \"fps\": [%u, %u], \"frame_step\": %u, \"frames\": ", e->rate_num, e->rate_den,
+                        o->frame_step ? o->frame_step : 1);
+    nsdf_cli_file_print_json(f, o->frames ? o->frames : "all");
+    nsdf_cli_file_print(f, ", \"seed\": %llu, \"threads\": %u,\n", (unsigned long long)e->seed, e->threads);
     nsdf_cli_file_print(f,
                         "    \"input\": \"%s\", \"activation\": \"%s\", \"output_activation\": \"%s\", \"layers\": %u, "
                         "\"width\": %u,\n",
@@ -24,12 +27,12 @@ static void put_options(nsdf_cli_file *f, const enc_options *o) {
         times[e->weight_time], e->knot_spacing, e->rank, e->omega_first, e->omega_hidden);
     nsdf_cli_file_print(f, "    \"fourier_features\": %u, \"fourier_sigma\": %.17g, \"fourier_trained\": %s,\n",
                         e->fourier_features, e->fourier_sigma, e->fourier_trained ? "true" : "false");
-    nsdf_cli_file_print(
-        f,
-        "    \"sampling\": \"%s\", \"d_half\": %.17g, \"time_norm\": \"%s\", \"sdf_norm\": \"%s\", \"shell\": %.17g,\n",
-        e->sampling == NSDF_SAMPLE_REJECTION ? "rejection" : "near", e->d_half,
-        e->time_norm == NSDF_TIME_SPEED ? "speed" : "unit", e->sdf_norm == NSDF_SDF_UNIT_RANGE ? "unit" : "diagonal",
-        e->shell);
+    nsdf_cli_file_print(f,
+                        "    \"sampling\": \"%s\", \"d_half\": %.17g, \"hard_samples\": %s, \"time_norm\": \"%s\", "
+                        "\"sdf_norm\": \"%s\", \"shell\": %.17g,\n",
+                        e->sampling == NSDF_SAMPLE_REJECTION ? "rejection" : "near", e->d_half,
+                        e->hard_samples ? "true" : "false", e->time_norm == NSDF_TIME_SPEED ? "speed" : "unit",
+                        e->sdf_norm == NSDF_SDF_UNIT_RANGE ? "unit" : "diagonal", e->shell);
     nsdf_cli_file_print(f, "    \"loss\": \"%s\", \"loss_d0\": %.17g, \"delta\": %.17g, \"slope\": %.17g,\n",
                         losses[e->loss], e->loss_d0, e->loss_delta, e->loss_slope);
     nsdf_cli_file_print(f,
@@ -38,6 +41,17 @@ static void put_options(nsdf_cli_file *f, const enc_options *o) {
     nsdf_cli_file_print(
         f, "    \"weight_bits\": %.17g, \"quantiser\": \"%s\", \"entropy\": \"%s\", \"resolution\": %u\n  },\n",
         e->weight_bits, e->quantise_aware ? "aware" : "minmax", coders[e->entropy], e->resolution);
+}
+
+static void put_also(nsdf_cli_file *f, const enc_options *o, const uint64_t *bytes) {
+    nsdf_cli_file_print(f, "  \"also\": [");
+    for (uint32_t i = 0; i < o->also_count; i++) {
+        nsdf_cli_file_print(f, "%s\n    {\"output\": ", i ? "," : "");
+        nsdf_cli_file_print_json(f, o->also[i].output);
+        nsdf_cli_file_print(f, ", \"weight_bits\": %.17g, \"entropy\": \"%s\", \"bytes\": %llu}",
+                            o->also[i].weight_bits, coders[o->also[i].entropy], (unsigned long long)bytes[i]);
+    }
+    nsdf_cli_file_print(f, "],\n");
 }
 
 static void put_result(nsdf_cli_file *f, const nsdf_encoder_stats *s, int interrupted) {
@@ -68,11 +82,12 @@ static void put_result(nsdf_cli_file *f, const nsdf_encoder_stats *s, int interr
 }
 
 int enc_report_write(nsdf_cli_file *file, const enc_options *options, const nsdf_encoder_stats *stats,
-                     int interrupted) {
+                     const uint64_t *also_bytes, int interrupted) {
     nsdf_cli_file_print(file, "{\n  \"version\": \"%s\",\n  \"output\": ", nsdf_version_string());
     nsdf_cli_file_print_json(file, options->output);
     nsdf_cli_file_print(file, ",\n");
     put_options(file, options);
+    put_also(file, options, also_bytes);
     put_result(file, stats, interrupted);
     nsdf_cli_file_print(file, "}\n");
     return nsdf_cli_file_close(file);

@@ -216,6 +216,21 @@ static void test_thesis_preset_works_with_small_layers(void **state) {
     free(e.data);
 }
 
+/* A network fitted so briefly has surface astray, for which fitting goes on. */
+static void test_without_hard_samples_the_steps_are_those_asked_for(void **state) {
+    (void)state;
+    for (int hard = 0; hard < 2; hard++) {
+        nsdf_encoder_options o = hasty_options();
+        o.steps = 40;
+        o.verify = 1;
+        o.hard_samples = hard;
+        encoded e = encode_well(&o, swelling_box, NULL, NULL);
+        assert_valid(&e);
+        assert_true(hard ? e.stats.steps > 40 : e.stats.steps == 40);
+        free(e.data);
+    }
+}
+
 static void test_every_coder_writes_every_number_of_bits(void **state) {
     (void)state;
     for (int coder = NSDF_CODER_NONE; coder <= NSDF_CODER_RANGE; coder++) {
@@ -240,6 +255,105 @@ static void test_every_coder_writes_every_number_of_bits(void **state) {
     }
 }
 
+/* ---- Several codings of one fit ------------------------------------------------------------------------- */
+
+/* Runs an encoder that is left open. */
+static nsdf_encoder *run_encoder(const nsdf_encoder_options *o) {
+    nsdf_encoder *encoder = NULL;
+    assert_int_equal(nsdf_encoder_create(&encoder, o, NULL), NSDF_OK);
+    assert_int_equal(add_frames(encoder, swelling_box, NULL), NSDF_OK);
+    assert_int_equal(nsdf_encoder_run(encoder, NULL, NULL, NULL), NSDF_OK);
+    return encoder;
+}
+
+static encoded bytes_of(nsdf_encoder *encoder) {
+    encoded e;
+    memset(&e, 0, sizeof e);
+    assert_int_equal(nsdf_encoder_write(encoder, append_bytes, &e, &e.error), NSDF_OK);
+    assert_int_equal(nsdf_encoder_get_stats(encoder, &e.stats), NSDF_OK);
+    assert_int_equal(e.stats.file_size, e.size);
+    return e;
+}
+
+static void assert_same_and_free(encoded *a, encoded *b) {
+    assert_int_equal(a->size, b->size);
+    assert_memory_equal(a->data, b->data, a->size);
+    assert_memory_equal(&a->stats.quality, &b->stats.quality, sizeof a->stats.quality);
+    assert_true(a->stats.bound == b->stats.bound);
+    free(a->data);
+    free(b->data);
+}
+
+static nsdf_encoder_options plain_options(double bits, nsdf_entropy_coder entropy) {
+    nsdf_encoder_options o = hasty_options();
+    o.verify = 1;
+    o.hard_samples = 0;
+    o.quantise_aware = 0;
+    o.weight_bits = bits;
+    o.entropy = entropy;
+    return o;
+}
+
+static void test_recoding_gives_the_file_of_a_run_with_these_options(void **state) {
+    static const struct {
+        double bits;
+        nsdf_entropy_coder entropy;
+    } codings[] = {{6, NSDF_CODER_RANGE}, {6, NSDF_CODER_NONE}, {12, NSDF_CODER_NONE}, {32, NSDF_CODER_RANGE}};
+    const nsdf_encoder_options first = plain_options(32, NSDF_CODER_NONE);
+    nsdf_encoder *encoder = run_encoder(&first);
+    (void)state;
+    for (size_t i = 0; i < sizeof codings / sizeof *codings; i++) {
+        const nsdf_encoder_options o = plain_options(codings[i].bits, codings[i].entropy);
+        nsdf_encoder *other = run_encoder(&o);
+        encoded expected = bytes_of(other);
+        nsdf_encoder_close(&other);
+        assert_int_equal(nsdf_encoder_recode(encoder, o.weight_bits, o.entropy, NULL, NULL, NULL), NSDF_OK);
+        encoded found = bytes_of(encoder);
+        assert_valid(&found);
+        assert_same_and_free(&found, &expected);
+    }
+    nsdf_encoder_close(&encoder);
+}
+
+static void test_recoding_finds_back_to_the_first_coding(void **state) {
+    nsdf_encoder_options o = hasty_options();
+    (void)state;
+    o.verify = 1; /* and quantisers of the fitting's own */
+    nsdf_encoder *encoder = run_encoder(&o);
+    encoded before = bytes_of(encoder);
+    assert_int_equal(nsdf_encoder_recode(encoder, 5.0, NSDF_CODER_NONE, NULL, NULL, NULL), NSDF_OK);
+    encoded small = bytes_of(encoder);
+    assert_valid(&small);
+    assert_true(small.size < before.size);
+    free(small.data);
+    assert_int_equal(nsdf_encoder_recode(encoder, o.weight_bits, o.entropy, NULL, NULL, NULL), NSDF_OK);
+    encoded after = bytes_of(encoder);
+    assert_same_and_free(&before, &after);
+    nsdf_encoder_close(&encoder);
+}
+
+static void test_recoding_is_refused_or_stopped(void **state) {
+    const nsdf_encoder_options o = plain_options(8, NSDF_CODER_NONE);
+    listener l = {NSDF_STAGE_BOUND, NSDF_ABORT, {0}, {.stage = NSDF_STAGE_BOUND}, 0};
+    nsdf_encoder *encoder = NULL;
+    encoded e = {.size = 0};
+    (void)state;
+    assert_int_equal(nsdf_encoder_recode(NULL, 8, NSDF_CODER_NONE, NULL, NULL, NULL), NSDF_INVALID_ARGUMENT);
+    assert_int_equal(nsdf_encoder_create(&encoder, &o, NULL), NSDF_OK);
+    assert_int_equal(nsdf_encoder_recode(encoder, 8, NSDF_CODER_NONE, NULL, NULL, &e.error), NSDF_INVALID_ARGUMENT);
+    assert_string_equal(e.error.message, "nothing was encoded");
+    nsdf_encoder_close(&encoder);
+    encoder = run_encoder(&o);
+    encoded before = bytes_of(encoder);
+    assert_int_equal(nsdf_encoder_recode(encoder, 3, NSDF_CODER_NONE, NULL, NULL, &e.error), NSDF_INVALID_ARGUMENT);
+    assert_string_equal(e.error.message, "weight bits are 3, expected 4 to 16, or 32");
+    encoded after = bytes_of(encoder);
+    assert_same_and_free(&before, &after);
+    assert_int_equal(nsdf_encoder_recode(encoder, 5, NSDF_CODER_NONE, listen_to, &l, &e.error), NSDF_CANCELLED);
+    assert_int_equal(nsdf_encoder_write(encoder, append_bytes, &e, NULL), NSDF_INVALID_ARGUMENT);
+    nsdf_encoder_close(&encoder);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_files_depend_on_the_seed_and_not_on_the_threads),
@@ -251,7 +365,11 @@ int main(void) {
         cmocka_unit_test(test_stats_are_those_of_the_file),
         cmocka_unit_test(test_every_model_loss_and_sampling_gives_a_valid_file),
         cmocka_unit_test(test_thesis_preset_works_with_small_layers),
+        cmocka_unit_test(test_without_hard_samples_the_steps_are_those_asked_for),
         cmocka_unit_test(test_every_coder_writes_every_number_of_bits),
+        cmocka_unit_test(test_recoding_gives_the_file_of_a_run_with_these_options),
+        cmocka_unit_test(test_recoding_finds_back_to_the_first_coding),
+        cmocka_unit_test(test_recoding_is_refused_or_stopped),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -74,7 +74,9 @@ typedef struct nsdf_encoder_options {
     double d_half;              /* d_0.5 of rejection sampling, fraction of the diagonal (thesis 5.2) */
     nsdf_time_norm time_norm;
     nsdf_sdf_norm sdf_norm;
-    double shell; /* > 0: the surface is a sheet of this thickness, world units */
+    double shell;     /* > 0: the surface is a sheet of this thickness, world units */
+    int hard_samples; /* while fitting, further points where the error is large and where surface appears astray, and
+                         more steps while it does; default on, off for the thesis's preset */
     /* fitting */
     nsdf_loss loss;
     double loss_d0;                      /* of the weighted loss, fraction of the diagonal */
@@ -146,7 +148,17 @@ typedef int (*nsdf_progress_fn)(void *user, const nsdf_progress *progress);
 NSDF_API NSDF_MUST_USE nsdf_status nsdf_encoder_run(nsdf_encoder *encoder, nsdf_progress_fn progress, void *user,
                                                     nsdf_encoder_error *error);
 
-/* The file's bytes, after nsdf_encoder_run.  `write` returns 0, or nonzero to stop with NSDF_IO. */
+/* Codes the network that nsdf_encoder_run fitted once more, with other weight_bits and another entropy coder; the bound
+ * and the error are measured anew where the parameters come out different.  nsdf_encoder_write and
+ * nsdf_encoder_get_stats then give this coding.  After a failure with NSDF_INVALID_ARGUMENT the coding before it stays;
+ * after any other there is none, and the encoder can only be closed.  progress: see nsdf_encoder_run; the stages are
+ * NSDF_STAGE_BOUND and NSDF_STAGE_VERIFY. */
+NSDF_API NSDF_MUST_USE nsdf_status nsdf_encoder_recode(nsdf_encoder *encoder, double weight_bits,
+                                                       nsdf_entropy_coder entropy, nsdf_progress_fn progress,
+                                                       void *user, nsdf_encoder_error *error);
+
+/* The file's bytes, after nsdf_encoder_run or nsdf_encoder_recode.  `write` returns 0, or nonzero to stop with NSDF_IO.
+ */
 NSDF_API NSDF_MUST_USE nsdf_status nsdf_encoder_write(nsdf_encoder *encoder,
                                                       int (*write)(void *user, const void *data, size_t size),
                                                       void *user, nsdf_encoder_error *error);

@@ -19,4 +19,5 @@ try --sampling rejection
 try --time-norm speed --input xyzt
 try --sdf-norm unit
 try --quantiser minmax
+try --hard-samples off
 try --weight-bits 32
