@@ -1,9 +1,9 @@
 #include "dec_options.h"
 
-#include <getopt.h>
 #include <stdio.h>
 #include <string.h>
 
+#include "cli_option.h"
 #include "cli_util.h"
 
 enum { MAX_THREADS = 256, MIN_RESOLUTION = 2, MAX_RESOLUTION = 4096, MAX_PROJECTION = 8 };
@@ -212,20 +212,6 @@ static int takes_value(int option) {
     return 0;
 }
 
-/* getopt keeps quiet; optopt says what went wrong: 0 = an unknown long option, a known one = a value that it does not
- * take, else the letter of an unknown short one. */
-static int refuse(int result, char **argv) {
-    const char *word = argv[optind - 1];
-    if (result == ':')
-        return nsdf_cli_usage_error("option '%s' needs a value", word);
-    if (optopt == 0)
-        return nsdf_cli_usage_error("unknown option '%s'", word);
-    for (const struct option *o = long_options; o->name; o++)
-        if (o->val == optopt)
-            return nsdf_cli_usage_error("option '--%s' takes no value", o->name);
-    return nsdf_cli_usage_error("unknown option '-%c'", optopt);
-}
-
 static int check(dec_options *o) {
     if (!o->input)
         return nsdf_cli_usage_error("no input file: name an .nsdf file");
@@ -249,7 +235,7 @@ int dec_options_parse(int argc, char **argv, dec_options *options) {
     opterr = 0;
     for (int option; (option = getopt_long(argc, argv, ":o:qvh", long_options, NULL)) != -1;) {
         if (option == ':' || option == '?')
-            return refuse(option, argv);
+            return nsdf_cli_refuse_option(option, argc, argv, long_options);
         if (option == 'h' || option == OPTION_VERSION) {
             options->action = DEC_NOTHING;
             if (option == 'h')

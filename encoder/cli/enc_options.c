@@ -1,8 +1,8 @@
 #include "enc_options.h"
 
+#include "cli_option.h"
 #include "cli_util.h"
 
-#include <getopt.h>
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
@@ -386,27 +386,14 @@ static int apply(enc_options *o, int code, const char *text, int *weights_given)
 
 /* ---- The whole line ------------------------------------------------------------------------------------- */
 
-/* getopt leaves 0 in optopt for an unknown long option, and a known one that was given a value it does not take. */
-static int unknown_option(int argc, char **argv) {
-    const char *arg = argv[optind - 1 < argc ? optind - 1 : argc - 1];
-    if (optopt == 0)
-        return nsdf_cli_usage_error("unknown option '%s'", arg);
-    for (const struct option *o = long_options; o->name; o++)
-        if (o->val == optopt)
-            return nsdf_cli_usage_error("option '--%s' takes no value", o->name);
-    return nsdf_cli_usage_error("unknown option '-%c'", optopt);
-}
-
 /* One pass over the arguments; the first only looks for the preset, whose values the other options then change. */
 static int pass(enc_options *o, int argc, char **argv, int preset_only, int *weights_given) {
     optind = 1;
     opterr = 0;
     for (int code; (code = getopt_long(argc, argv, ":o:qvh", long_options, NULL)) != -1;) {
         int failed = 0;
-        if (code == ':')
-            return nsdf_cli_usage_error("option '%s' needs a value", argv[optind - 1]);
-        if (code == '?')
-            return unknown_option(argc, argv);
+        if (code == ':' || code == '?')
+            return nsdf_cli_refuse_option(code, argc, argv, long_options);
         if (code == 'h') {
             fputs(help_text, stdout);
             return NSDF_CLI_SUCCESS;
