@@ -21,9 +21,10 @@ int cmp_heatmap_prepare(const char *name, uint32_t count, nsdf_cli_pattern *patt
 
 /* ---- Contents ------------------------------------------------------------------------------------------- */
 
-/* From dark blue over green and yellow to red: the corners of the ramp, evenly spaced. */
-static const uint8_t ramp[][3] = {{48, 18, 130},  {40, 110, 220}, {30, 190, 180},
-                                  {150, 220, 70}, {250, 180, 40}, {200, 30, 20}};
+/* Nine evenly spaced colours of viridis (van der Walt and Smith 2015, CC0), from dark violet over green to yellow:
+ * equal steps of distance look like equal steps of colour, and keep their order in grey. */
+static const uint8_t ramp[][3] = {{68, 1, 84},    {71, 45, 123}, {59, 82, 139},  {44, 114, 142}, {33, 144, 140},
+                                  {39, 173, 129}, {93, 200, 99}, {170, 220, 50}, {253, 231, 37}};
 enum { RAMP_STEPS = sizeof ramp / sizeof *ramp - 1 };
 
 static void colour_of(double share, uint8_t rgb[3]) {

@@ -9,7 +9,7 @@
  * .ply, and hold one %d (or %4d, %04d) when there are several. */
 int cmp_heatmap_prepare(const char *name, uint32_t count, nsdf_cli_pattern *pattern);
 
-/* Writes a mesh as binary PLY; distance[vertex_count] from 0 (blue) to `top` and above (red).  The file keeps its
+/* Writes a mesh as binary PLY; distance[vertex_count] from 0 (violet) to `top` and above (yellow).  The file keeps its
  * temporary name until nsdf_cli_commit.  NSDF_CLI_SUCCESS, or NSDF_CLI_FAILURE after printing why. */
 int cmp_heatmap_write(const nsdf_cli_pattern *pattern, uint32_t number, const nsdf_input_mesh *mesh,
                       const double *distance, double top);

@@ -19,6 +19,7 @@ typedef struct session {
     const cmp_options *options;
     cmp_frames frames;
     nsdf_cli_pattern heatmap;
+    nsdf_cli_file output;
     nsdf_compare *compare;
     nsdf_difference *differences; /* [chosen count] */
     double *vertex_distance;      /* of the decoded mesh at hand, for the heat map */
@@ -58,7 +59,7 @@ static void report(const session *s, uint32_t i, const nsdf_encoder_error *error
         snprintf(name, sizeof name, "%s", nsdf_sequence_frame_path(s->frames.reference, s->frames.chosen.numbers[i]));
     else
         cmp_frames_name_decoded(&s->frames, s->options, i, name, sizeof name);
-    nsdf_cli_error("%s%s", name, colon ? colon : error->message);
+    nsdf_cli_error("%s: %s", name, colon ? colon + 2 : error->message);
 }
 
 static int write_heatmap(session *s, uint32_t i, const nsdf_input_mesh *decoded) {
@@ -86,6 +87,15 @@ static int compare_frame(session *s, uint32_t i) {
     return s->options->heatmap ? write_heatmap(s, i, &decoded) : NSDF_CLI_SUCCESS;
 }
 
+static void tell_frame(const session *s, uint32_t i) {
+    char name[512];
+    const nsdf_difference *d = &s->differences[i];
+    cmp_frames_name_decoded(&s->frames, s->options, i, name, sizeof name);
+    nsdf_cli_verbose("%s, %s: mean %.3g and %.3g, Hausdorff %.3g, world units",
+                     nsdf_sequence_frame_path(s->frames.reference, s->frames.chosen.numbers[i]), name,
+                     d->to_decoded.mean, d->to_reference.mean, d->hausdorff);
+}
+
 static int compare_all(session *s) {
     const uint32_t count = s->frames.chosen.count;
     const double began = seconds_now();
@@ -98,7 +108,9 @@ static int compare_all(session *s) {
             nsdf_cli_progress("frame %lu of %lu  %.0f s left", (unsigned long)i + 1, (unsigned long)count,
                               spent / i * (count - i));
         result = compare_frame(s, i);
-        if (nsdf_cli_interrupts() > 0) {
+        if (result == NSDF_CLI_SUCCESS)
+            tell_frame(s, i);
+        if (result == NSDF_CLI_SUCCESS && nsdf_cli_interrupts() > 0) {
             nsdf_cli_error("interrupted: nothing was written");
             result = NSDF_CLI_FAILURE;
         }
@@ -108,20 +120,17 @@ static int compare_all(session *s) {
 
 /* ---- Result --------------------------------------------------------------------------------------------- */
 
-static int write_result(const session *s) {
+static int write_result(session *s) {
     cmp_result r = {.options = s->options,
                     .frames = s->frames.chosen.numbers,
                     .differences = s->differences,
                     .count = s->frames.chosen.count,
                     .diagonal = s->diagonal,
                     .peak = s->peak};
-    nsdf_cli_file file;
     if (nsdf_compare_summarise(r.differences, r.count, r.peak, &r.summary) != NSDF_OK)
-        return NSDF_CLI_FAILURE;
-    if (nsdf_cli_file_open(&file, s->options->output ? s->options->output : "-") != 0)
-        return NSDF_CLI_FAILURE;
-    cmp_output_write(&r, &file);
-    return nsdf_cli_file_close(&file) == 0 && nsdf_cli_commit() == 0 ? NSDF_CLI_SUCCESS : NSDF_CLI_FAILURE;
+        return NSDF_CLI_FAILURE; /* cannot happen: frames with triangles have a box */
+    cmp_output_write(&r, &s->output);
+    return nsdf_cli_file_close(&s->output) == 0 && nsdf_cli_commit() == 0 ? NSDF_CLI_SUCCESS : NSDF_CLI_FAILURE;
 }
 
 /* Colours in fractions of the diagonal need the whole box first; otherwise each frame is read once. */
@@ -132,6 +141,9 @@ static int run(session *s) {
         result = cmp_heatmap_prepare(o->heatmap, s->frames.chosen.count, &s->heatmap);
     if (result != NSDF_CLI_SUCCESS)
         return result;
+    /* Before anything that takes time, so that a name that cannot be written is told at once. */
+    if (nsdf_cli_file_open(&s->output, o->output ? o->output : "-") != 0)
+        return NSDF_CLI_FAILURE;
     s->differences = calloc(s->frames.chosen.count, sizeof *s->differences);
     if (!s->differences)
         return out_of_memory();
@@ -150,7 +162,7 @@ static int run(session *s) {
 int main(int argc, char **argv) {
     cmp_options options;
     nsdf_encoder_error error;
-    session s = {.options = &options};
+    session s = {.options = &options, .output.descriptor = -1};
     nsdf_cli_begin("nsdf-cmp");
     const int code = cmp_options_parse(&options, argc, argv);
     if (code >= 0)
@@ -160,6 +172,7 @@ int main(int argc, char **argv) {
         return nsdf_cli_usage_error("%s", error.message);
     nsdf_cli_catch_signals();
     const int result = run(&s);
+    nsdf_cli_file_drop(&s.output);
     nsdf_cli_abort(); /* after success nothing is left to remove */
     free(s.vertex_distance);
     free(s.differences);

@@ -1,11 +1,11 @@
 #include "cmp_options.h"
 
-#include <getopt.h>
 #include <stdio.h>
 #include <string.h>
 #include <strings.h>
 
 #include "cli_list.h"
+#include "cli_option.h"
 #include "cli_util.h"
 
 static const char help_text[] =
@@ -36,7 +36,7 @@ static const char help_text[] =
     "      --heatmap-max E    distance at the top of the colours, in UNITS (default 5e-3 of the diagonal)\n"
     "\n"
     "  -q, --quiet            errors only\n"
-    "  -v, --verbose          say more\n"
+    "  -v, --verbose          a line for each frame\n"
     "  -h, --help             this text\n"
     "      --version          version\n"
     "\n"
@@ -188,10 +188,8 @@ static int apply(cmp_options *o, int code, const char *text) {
 static int parse_options(cmp_options *o, int argc, char **argv) {
     opterr = 0;
     for (int code; (code = getopt_long(argc, argv, ":o:qvh", long_options, NULL)) != -1;) {
-        if (code == ':')
-            return nsdf_cli_usage_error("option '%s' needs a value", argv[optind - 1]);
-        if (code == '?')
-            return nsdf_cli_usage_error("unknown option '%s'", argv[optind - 1]);
+        if (code == ':' || code == '?')
+            return nsdf_cli_refuse_option(code, argc, argv, long_options);
         if (code == 'h') {
             fputs(help_text, stdout);
             return NSDF_CLI_SUCCESS;
@@ -221,5 +219,7 @@ int cmp_options_parse(cmp_options *options, int argc, char **argv) {
         return nsdf_cli_usage_error("REF '%s' is an .nsdf file: it must be meshes", options->reference);
     if (options->resolution && !cmp_is_nsdf(options->decoded))
         return nsdf_cli_usage_error("--resolution is for an .nsdf file, but DEC '%s' is meshes", options->decoded);
+    if (options->output && options->heatmap && strcmp(options->output, options->heatmap) == 0)
+        return nsdf_cli_usage_error("-o and --heatmap name the same file");
     return -1;
 }

@@ -14,7 +14,12 @@ fails 2 '--samples' nsdf-cmp --samples 0 two two
 fails 2 '--units' nsdf-cmp --units metres two two
 fails 2 '.ply' nsdf-cmp --heatmap h.obj two two
 fails 2 '%04d' nsdf-cmp --heatmap h.ply two two
-fails 2 '--frames' nsdf-cmp --frames 9 two two
+fails 2 'no frame 9' nsdf-cmp --frames 9 two two
+fails 2 'not a number' nsdf-cmp --frames 0- two two
+fails 2 'takes no value' nsdf-cmp --csv=1 two two
+fails 2 'needs a value' nsdf-cmp two two --seed
+fails 2 "unknown option '--mean'" nsdf-cmp --mean two two
+fails 2 "unknown option '-z'" nsdf-cmp -z two two
 fails 1 'no/such' nsdf-cmp -o no/such/file two two --samples 100
 nsdf-cmp --common fixture/frames two --samples 100 --measures none --csv 2>err | wc -l
 grep -c 'the first 2 are compared' err
