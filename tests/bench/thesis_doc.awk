@@ -64,7 +64,7 @@ get("experiment") == "table8.2" {
     remember("ours", "8.2 " get("source") " " get("loss") " " get("representation"))
 }
 get("experiment") ~ /^table8\.[34]$/ {
-    remember("ours", "gap " get("source") " " get("frames"))
+    remember(get("representation"), "gap " get("source") " " get("frames"))
     gap = get("frames")
     sub(/-.*/, "", gap)
     if (!((get("source"), gap) in gaps)) {
@@ -143,13 +143,13 @@ function table_8_2(    s, l, r) {
     }
 }
 
-# Averages over the frames are in mean[set, side] afterwards.
+# Ours without and with Fourier features, and the thesis; a dash where no surface came back.
 function gap_row(s, frame, key,    set, side, line, v) {
     line = "| " source[s] " | " frame
-    for (set = 0; set < 2; set++)
+    for (set = 1; set <= 3; set++)
         for (side = 1; side <= 3; side++) {
-            v = value[set ? "thesis" : "ours", "gap " source[s] " gap" frame "-" side, key]
-            line = line " | " cell(v, 4)
+            v = value[gap_set[set], "gap " source[s] " gap" frame "-" side, key]
+            line = line " | " (v == "" && set < 3 ? "-" : cell(v, 4))
             sum[set, side] += v
             number[set, side] += v != ""
         }
@@ -159,7 +159,7 @@ function gap_row(s, frame, key,    set, side, line, v) {
 function mean_rows(s,    set, side, mean, line, share) {
     line = "| " source[s] " | average"
     share = "| " source[s] " | of (3)"
-    for (set = 0; set < 2; set++)
+    for (set = 1; set <= 3; set++)
         for (side = 1; side <= 3; side++) {
             mean[set, side] = number[set, side] ? sum[set, side] / number[set, side] : ""
             line = line " | " cell(mean[set, side], 4)
@@ -169,7 +169,9 @@ function mean_rows(s,    set, side, mean, line, share) {
 }
 
 function table_gap(name, key,    s, i, n, frames) {
-    begin_table(name, "| data | frame | (3) | (5) | (7) | thesis: (3) | (5) | (7) |", 8)
+    split("mlp fourier thesis", gap_set, " ")
+    begin_table(name, "| data | frame | plain: (3) | (5) | (7) | Fourier: (3) | (5) | (7) | thesis: (3) | (5) | (7) |",
+        11)
     for (s = 1; s <= source_count; s++) {
         n = split(gap_list[source[s]], frames, " ")
         delete sum
