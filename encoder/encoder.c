@@ -279,6 +279,19 @@ static nsdf_status run_stages(run *r) {
     return status;
 }
 
+/* Frees what stages share; without success there is no file. */
+static void end_run(run *r, nsdf_status status) {
+    nsdf_encoder *e = r->encoder;
+    if (status != NSDF_OK)
+        e->file.size = 0;
+    e->stats.file_size = e->file.size;
+    nsdf_dataset_free(&r->dataset);
+    forget_strays(r);
+    free(r->strays);
+    nsdf_workers_free(r->workers);
+    nsdf_buffer_free(&r->segment.payload);
+}
+
 nsdf_status nsdf_encoder_run(nsdf_encoder *encoder, nsdf_progress_fn progress, void *user, nsdf_encoder_error *error) {
     if (!encoder)
         return nsdf_encoder_fail(error, NSDF_INVALID_ARGUMENT, "a NULL was given");
@@ -286,13 +299,7 @@ nsdf_status nsdf_encoder_run(nsdf_encoder *encoder, nsdf_progress_fn progress, v
         return nsdf_encoder_fail(error, NSDF_INVALID_ARGUMENT, "an encoder runs once");
     if (encoder->frames.count == 0)
         return nsdf_encoder_fail(error, NSDF_INVALID_ARGUMENT, "no frames were added");
-    run r;
-    memset(&r, 0, sizeof r);
-    r.encoder = encoder;
-    r.progress = progress;
-    r.user = user;
-    r.error = error;
-    r.start = nsdf_clock();
+    run r = {.encoder = encoder, .progress = progress, .user = user, .error = error, .start = nsdf_clock()};
     encoder->ran = 1;
     nsdf_status status = run_stages(&r);
     nsdf_encoder_stats *stats = &encoder->stats;
@@ -301,14 +308,7 @@ nsdf_status nsdf_encoder_run(nsdf_encoder *encoder, nsdf_progress_fn progress, v
     stats->triangles = encoder->frames.triangles;
     stats->diagonal = encoder->header.scale;
     stats->parameters = encoder->model.parameter_count;
-    if (status != NSDF_OK)
-        encoder->file.size = 0;
-    stats->file_size = encoder->file.size;
-    nsdf_dataset_free(&r.dataset);
-    forget_strays(&r);
-    free(r.strays);
-    nsdf_workers_free(r.workers);
-    nsdf_buffer_free(&r.segment.payload);
+    end_run(&r, status);
     return status;
 }
 
@@ -322,13 +322,7 @@ static nsdf_status recode(run *r) {
         status = nsdf_encoder_fail(r->error, NSDF_NO_MEMORY, "out of memory");
     if (status == NSDF_OK)
         status = code_and_check(r);
-    if (status != NSDF_OK)
-        e->file.size = 0;
-    e->stats.file_size = e->file.size;
-    forget_strays(r);
-    free(r->strays);
-    nsdf_workers_free(r->workers);
-    nsdf_buffer_free(&r->segment.payload);
+    end_run(r, status);
     return status;
 }
 
@@ -347,13 +341,7 @@ nsdf_status nsdf_encoder_recode(nsdf_encoder *encoder, double weight_bits, nsdf_
     nsdf_status status = nsdf_encoder_options_check(&options, error);
     if (status != NSDF_OK)
         return status;
-    run r;
-    memset(&r, 0, sizeof r);
-    r.encoder = encoder;
-    r.progress = progress;
-    r.user = user;
-    r.error = error;
-    r.start = nsdf_clock();
+    run r = {.encoder = encoder, .progress = progress, .user = user, .error = error, .start = nsdf_clock()};
     encoder->options = options;
     encoder->model.desc.entropy = (uint8_t)entropy;
     /* Fitting chose those of its own number of bits; code() chooses the others. */

@@ -154,9 +154,8 @@ static int decode(cmp_frames *frames, const cmp_options *o, uint32_t frame, nsdf
         status = nsdf_mesh_get_view(frames->mesh, &view);
     if (status != NSDF_OK)
         return report_decoder(frames, o, status);
-    *mesh = (nsdf_input_mesh){frames->positions, view.indices, view.vertex_count, view.triangle_count};
     const int result = copy_positions(frames, &view);
-    mesh->positions = frames->positions;
+    *mesh = (nsdf_input_mesh){frames->positions, view.indices, view.vertex_count, view.triangle_count};
     return result;
 }
 
