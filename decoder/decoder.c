@@ -41,7 +41,9 @@ static nsdf_status set_up(nsdf_decoder *d, nsdf_error *error) {
     status = nsdf_tasks_create(&d->memory, d->options.threads, &d->options.runner, &d->tasks);
     if (status != NSDF_OK)
         return nsdf_fail_memory(error, status, 0, 0, sizeof(void *));
-    d->field.kernels = nsdf_net_kernels_choose(nsdf_cpu_features() & d->options.cpu_mask);
+    const uint32_t features = nsdf_cpu_features() & d->options.cpu_mask;
+    d->field.kernels = nsdf_net_kernels_choose(features);
+    d->field.block_kernels = nsdf_block_kernels_choose(features);
     return NSDF_OK;
 }
 
@@ -198,16 +200,26 @@ nsdf_status nsdf_get_metadata(const nsdf_decoder *decoder, uint32_t index, const
     return NSDF_OK;
 }
 
-static void fill_network_shape(const nsdf_segment *segment, nsdf_segment_info *info) {
+static void fill_shape(const nsdf_segment *segment, nsdf_segment_info *info) {
     if (segment->part_count == 0)
         return;
-    const nsdf_network_desc *desc = &segment->parts[0].desc;
-    const char *entropy = nsdf_entropy_name((nsdf_entropy_kind)desc->entropy);
+    const nsdf_segment_part *part = &segment->parts[0];
+    const char *entropy = nsdf_entropy_name((nsdf_entropy_kind)nsdf_segment_tensors(part)->entropy);
+    if (entropy)
+        memcpy(info->entropy, entropy, strlen(entropy) + 1);
+    for (uint32_t i = 0; i < segment->part_count; i++) {
+        if (segment->parts[i].kind != NSDF_PART_BLOCKS)
+            continue;
+        info->blocks += segment->parts[i].desc.blocks.block_count;
+        info->bones += segment->parts[i].desc.blocks.bone_count;
+    }
+    for (; part->kind != NSDF_PART_NETWORK; part++)
+        if (part + 1 == segment->parts + segment->part_count)
+            return;
+    const nsdf_network_desc *desc = &part->desc.network;
     info->layers = desc->layer_count;
     for (uint32_t l = 0; l < desc->layer_count; l++)
         info->width = desc->layers[l].width > info->width ? desc->layers[l].width : info->width;
-    if (entropy)
-        memcpy(info->entropy, entropy, strlen(entropy) + 1);
 }
 
 nsdf_status nsdf_get_segment_info(nsdf_decoder *decoder, uint32_t index, nsdf_segment_info *info) {
@@ -226,7 +238,7 @@ nsdf_status nsdf_get_segment_info(nsdf_decoder *decoder, uint32_t index, nsdf_se
     info->offset = entry->offset;
     info->size = entry->size;
     info->parameter_count = segment->parameter_count;
-    fill_network_shape(segment, info);
+    fill_shape(segment, info);
     return NSDF_OK;
 }
 

@@ -4,14 +4,22 @@
 #include <string.h>
 
 /* value += scale * output + offset for the whole tile; the same for the gradient without the offset. */
-static void add_part(const nsdf_network *network, const nsdf_net_kernels *kernels, float *scratch, const float *xyz,
-                     float *value, float *gradient) {
+static void add_network(const nsdf_network *network, const nsdf_net_kernels *kernels, float *scratch, const float *xyz,
+                        float *value, float *gradient) {
     float output[NSDF_TILE], slope[3 * NSDF_TILE];
     nsdf_network_evaluate(network, kernels, scratch, xyz, output, gradient ? slope : NULL);
     for (int p = 0; p < NSDF_TILE; p++)
         value[p] += network->value_scale * output[p] + network->value_offset;
     for (int p = 0; gradient && p < 3 * NSDF_TILE; p++)
         gradient[p] += network->value_scale * slope[p];
+}
+
+static void add_part(const nsdf_segment_part *part, const nsdf_segment_field *field, float *scratch, const float *xyz,
+                     float *value, float *gradient) {
+    if (part->kind == NSDF_PART_BLOCKS)
+        nsdf_blocks_evaluate(&part->at.blocks, field->block_kernels, NSDF_TILE, NSDF_TILE, xyz, value, gradient);
+    else
+        add_network(&part->at.network, field->kernels, scratch, xyz, value, gradient);
 }
 
 /* The last tile of a call is filled up with copies of its first point. */
@@ -28,16 +36,35 @@ void nsdf_segment_field_evaluate(void *user, uint32_t worker, size_t count, cons
                                  float *const grad[3]) {
     const nsdf_segment_field *field = user;
     const nsdf_segment *segment = field->segment;
-    float *scratch = field->scratch + worker * field->scratch_stride;
+    /* A segment of blocks only has no scratch. */
+    float *scratch = field->scratch ? field->scratch + worker * field->scratch_stride : NULL;
     const int wants_gradient = grad && grad[0];
     for (size_t from = 0; from < count; from += NSDF_TILE) {
         const size_t n = count - from < NSDF_TILE ? count - from : NSDF_TILE;
         float tile[3 * NSDF_TILE], sum[NSDF_TILE] = {0.0f}, slope[3 * NSDF_TILE] = {0.0f};
         gather(from, n, xyz, tile);
         for (uint32_t i = 0; i < segment->part_count; i++)
-            add_part(&segment->parts[i].network, field->kernels, scratch, tile, sum, wants_gradient ? slope : NULL);
+            add_part(&segment->parts[i], field, scratch, tile, sum, wants_gradient ? slope : NULL);
         memcpy(value + from, sum, n * sizeof *value);
         for (int axis = 0; wants_gradient && axis < 3; axis++)
             memcpy(grad[axis] + from, slope + axis * NSDF_TILE, n * sizeof *value);
     }
+}
+
+void nsdf_segment_field_measure(void *user, uint32_t worker, size_t count, const float *const xyz[3], float *value) {
+    const nsdf_segment_field *field = user;
+    (void)worker;
+    for (size_t from = 0; from < count; from += NSDF_TILE) {
+        const size_t n = count - from < NSDF_TILE ? count - from : NSDF_TILE;
+        float tile[3 * NSDF_TILE];
+        gather(from, n, xyz, tile);
+        nsdf_blocks_measure(&field->segment->parts[0].at.blocks, field->block_kernels, n, NSDF_TILE, tile,
+                            value + from);
+    }
+}
+
+nsdf_field nsdf_segment_field_view(nsdf_segment_field *field) {
+    const int blocks_alone = field->segment->part_count == 1 && field->segment->parts[0].kind == NSDF_PART_BLOCKS;
+    nsdf_field view = {field, nsdf_segment_field_evaluate, blocks_alone ? nsdf_segment_field_measure : NULL};
+    return view;
 }

@@ -13,6 +13,8 @@ typedef struct nsdf_field {
     void *user;
     void (*evaluate)(void *user, uint32_t worker, size_t count, const float *const xyz[3], float *value,
                      float *const grad[3]);
+    /* NULL, or a quicker way to |f|, for leaving out what is far from the surface; signs need not be right. */
+    void (*measure)(void *user, uint32_t worker, size_t count, const float *const xyz[3], float *value);
 } nsdf_field;
 
 #endif

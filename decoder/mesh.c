@@ -17,8 +17,6 @@ static nsdf_status fill_job(nsdf_decoder *decoder, const nsdf_mesh_options *opti
     if (job->resolution > decoder->options.max_resolution)
         return nsdf_fail(&decoder->error, NSDF_LIMIT, 0, 0, "resolution %lu is above max_resolution, which is %lu",
                          (unsigned long)job->resolution, (unsigned long)decoder->options.max_resolution);
-    job->field.user = &decoder->field;
-    job->field.evaluate = nsdf_segment_field_evaluate;
     memcpy(job->domain_min, header->domain_min, sizeof job->domain_min);
     memcpy(job->domain_max, header->domain_max, sizeof job->domain_max);
     memcpy(job->centre, header->centre, sizeof job->centre);
@@ -32,9 +30,10 @@ static nsdf_status fill_job(nsdf_decoder *decoder, const nsdf_mesh_options *opti
     return NSDF_OK;
 }
 
-static nsdf_status run_mesher(nsdf_decoder *decoder, const nsdf_mesher_job *job, nsdf_memory *memory,
+static nsdf_status run_mesher(nsdf_decoder *decoder, nsdf_mesher_job *job, nsdf_memory *memory,
                               nsdf_mesh_storage *storage) {
     nsdf_status status = NSDF_OK;
+    job->field = nsdf_segment_field_view(&decoder->field);
     if (!decoder->mesher)
         status = nsdf_mesher_create(&decoder->memory, decoder->tasks, &decoder->mesher);
     return status == NSDF_OK ? nsdf_mesher_run(decoder->mesher, job, memory, storage) : status;

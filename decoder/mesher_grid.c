@@ -96,6 +96,36 @@ void nsdf_grid_neighbours(const nsdf_mesher *mesher, uint32_t brick, uint32_t ne
         neighbours[i] = nsdf_grid_brick_at(mesher, at[0] + (i & 1), at[1] + (i >> 1 & 1), at[2] + (i >> 2));
 }
 
+static int at_border(const nsdf_mesher *mesher, const nsdf_grid_point *centre) {
+    const uint32_t half = mesher->measuring / 2;
+    for (int a = 0; a < 3; a++)
+        if (centre->at[a] <= half || centre->at[a] + half >= mesher->grid.cells[a])
+            return 1;
+    return 0;
+}
+
+/* Sizes; where the border may have a cap, signs too. */
+static void measure_batch(const nsdf_mesher *mesher, nsdf_mesher_scratch *scratch, uint32_t worker,
+                          const nsdf_grid_point *points, size_t count, float *value) {
+    const nsdf_field *field = &mesher->job->field;
+    const float *const xyz[3] = {scratch->point[0], scratch->point[1], scratch->point[2]};
+    const float *const border[3] = {scratch->position[0], scratch->position[1], scratch->position[2]};
+    float *const no_gradient[3] = {NULL, NULL, NULL};
+    size_t border_count = 0;
+    field->measure(field->user, worker, count, xyz, value);
+    for (uint32_t i = 0; i < count; i++) {
+        if (!at_border(mesher, &points[i]))
+            continue;
+        for (int a = 0; a < 3; a++)
+            scratch->position[a][border_count] = xyz[a][i];
+        scratch->list[border_count++] = i;
+    }
+    if (border_count > 0)
+        field->evaluate(field->user, worker, border_count, border, scratch->value, no_gradient);
+    for (size_t i = 0; i < border_count; i++)
+        value[scratch->list[i]] = scratch->value[i];
+}
+
 static void evaluate_batch(void *data, uint32_t index, uint32_t worker) {
     const nsdf_mesher *mesher = data;
     nsdf_mesher_scratch *scratch = (nsdf_mesher_scratch *)mesher->scratch.data + worker;
@@ -108,7 +138,11 @@ static void evaluate_batch(void *data, uint32_t index, uint32_t worker) {
     const float *const xyz[3] = {scratch->point[0], scratch->point[1], scratch->point[2]};
     float *const no_gradient[3] = {NULL, NULL, NULL};
     const nsdf_field *field = &mesher->job->field;
-    field->evaluate(field->user, worker, count, xyz, (float *)mesher->point_values.data + first, no_gradient);
+    float *value = (float *)mesher->point_values.data + first;
+    if (mesher->measuring && field->measure)
+        measure_batch(mesher, scratch, worker, points, count, value);
+    else
+        field->evaluate(field->user, worker, count, xyz, value, no_gradient);
 }
 
 nsdf_status nsdf_grid_evaluate_points(nsdf_mesher *mesher) {

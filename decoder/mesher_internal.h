@@ -70,6 +70,8 @@ struct nsdf_mesher {
     nsdf_grid grid;
     uint32_t brick_count;
     uint64_t point_count, cube_count;
+    uint32_t measuring; /* 0, or the points are centres of cubes of so many cells, of which those at the border of the
+                           grid need values, the others their size only */
     nsdf_array coordinates;     /* float: the grid's corners[] point into it */
     nsdf_array table;           /* uint32_t [bricks z][y][x]: number of the brick there, or NSDF_NO_BRICK */
     nsdf_array bricks;          /* nsdf_brick, in the order of creation */

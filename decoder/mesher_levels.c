@@ -34,7 +34,10 @@ static nsdf_status evaluate_centres(nsdf_mesher *mesher, uint32_t size) {
         for (int a = 0; a < 3; a++)
             points[i].at[a] = (uint16_t)nsdf_min_u32(cubes[i].at[a] + size / 2, mesher->grid.cells[a]);
     mesher->point_count = mesher->cube_count;
-    return nsdf_grid_evaluate_points(mesher);
+    mesher->measuring = size;
+    const nsdf_status evaluated = nsdf_grid_evaluate_points(mesher);
+    mesher->measuring = 0;
+    return evaluated;
 }
 
 /* Whether the bound leaves room for a change of sign between the corners of the cube.  A cube that is inside the
@@ -96,7 +99,8 @@ static nsdf_status split_cubes(nsdf_mesher *mesher, uint32_t half) {
     return NSDF_OK;
 }
 
-/* Activates the 2^3 cells of a cube; a centre inside the grid is a corner of theirs, whose value is kept. */
+/* Activates the 2^3 cells of a cube; a centre inside the grid is a corner of theirs, whose value is kept if it was
+ * evaluated in full. */
 static nsdf_status activate_cube(nsdf_mesher *mesher, const nsdf_cube *cube, nsdf_grid_point *centre, float value) {
     const uint32_t x = cube->at[0], y = cube->at[1], z = cube->at[2];
     const nsdf_status status = nsdf_grid_need_brick(mesher, x / 8, y / 8, z / 8, &centre->brick);
@@ -109,6 +113,8 @@ static nsdf_status activate_cube(nsdf_mesher *mesher, const nsdf_cube *cube, nsd
         if (cx < cells[0] && cy < cells[1] && cz < cells[2])
             brick->cells[cz & 7] |= (uint64_t)1 << (8 * (cy & 7) + (cx & 7));
     }
+    if (mesher->job->field.measure)
+        return NSDF_OK;
     const uint32_t lx = centre->at[0] & 7, ly = centre->at[1] & 7, lz = centre->at[2] & 7;
     centre->local = (uint16_t)(64 * lz + 8 * ly + lx);
     brick->known[lz] |= (uint64_t)1 << (8 * ly + lx);

@@ -107,7 +107,7 @@ static void blend_seeded_fourier(nsdf_blend *blend, const nsdf_network *network)
 }
 
 void nsdf_network_compose(nsdf_network *network, const nsdf_network_desc *desc, const float *values, double u) {
-    const nsdf_tensor_desc *tensor = desc->tensors;
+    const nsdf_tensor_desc *tensor = desc->list.tensors;
     const double time = (double)desc->time_scale * u;
     nsdf_blend weights, biases;
     if (desc->input == NSDF_INPUT_FOURIER) {

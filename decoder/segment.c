@@ -1,4 +1,5 @@
 /* Loading segments: bytes -> parameters -> networks without weights yet. */
+#include "blocks_read.h"
 #include "segment.h"
 #include "status.h"
 
@@ -30,28 +31,29 @@ typedef struct part_place {
     uint64_t offset; /* in the file */
 } part_place;
 
-static nsdf_status take_floats(nsdf_memory *memory, uint64_t count, float **out, const part_place *place,
-                               nsdf_error *error) {
-    void *block;
-    nsdf_status status = nsdf_memory_take(memory, count * sizeof **out, &block);
-    if (status != NSDF_OK)
-        return nsdf_fail_memory(error, status, NSDF_CHUNK_SEGM, place->offset, count * sizeof **out);
-    *out = block;
-    return NSDF_OK;
+const nsdf_tensor_list *nsdf_segment_tensors(const nsdf_segment_part *part) {
+    return part->kind == NSDF_PART_BLOCKS ? &part->desc.blocks.list : &part->desc.network.list;
+}
+
+static nsdf_status take_bytes(nsdf_memory *memory, uint64_t size, void **out, const part_place *place,
+                              nsdf_error *error) {
+    nsdf_status status = nsdf_memory_take(memory, size, out);
+    return status == NSDF_OK ? status : nsdf_fail_memory(error, status, NSDF_CHUNK_SEGM, place->offset, size);
 }
 
 static nsdf_status read_values(const part_place *place, size_t coded, nsdf_memory *memory, nsdf_segment_part *part,
                                nsdf_error *error) {
     codec_account account = {memory, NSDF_OK};
     const nsdf_codec_memory hooks = {&account, codec_allocate, codec_release};
-    const size_t scratch_size = nsdf_parameter_scratch_size(&part->desc);
+    const nsdf_tensor_list *list = nsdf_segment_tensors(part);
+    const size_t scratch_size = nsdf_parameter_scratch_size(list);
     nsdf_fault fault = {0, NULL};
     void *scratch;
     nsdf_status status = nsdf_memory_take(memory, scratch_size, &scratch);
     if (status != NSDF_OK)
         return nsdf_fail_memory(error, status, NSDF_CHUNK_SEGM, place->offset, scratch_size);
-    nsdf_parse parse = nsdf_read_parameters(place->ref->data, place->ref->size, coded, &part->desc, scratch, &hooks,
-                                            part->values, &fault);
+    nsdf_parse parse =
+        nsdf_read_parameters(place->ref->data, place->ref->size, coded, list, scratch, &hooks, part->values, &fault);
     nsdf_memory_give(memory, scratch);
     if (parse == NSDF_PARSE_NO_MEMORY && account.status == NSDF_LIMIT)
         return nsdf_fail(error, NSDF_LIMIT, NSDF_CHUNK_SEGM, place->offset,
@@ -59,26 +61,60 @@ static nsdf_status read_values(const part_place *place, size_t coded, nsdf_memor
     return parse == NSDF_PARSE_OK ? NSDF_OK : nsdf_fail_parse(error, parse, NSDF_CHUNK_SEGM, place->offset, &fault);
 }
 
-static nsdf_status load_part(const part_place *place, nsdf_memory *memory, nsdf_segment_part *part, nsdf_error *error) {
-    size_t coded = 0;
+static nsdf_parse read_desc(const part_place *place, nsdf_segment_part *part, size_t *coded, nsdf_fault *fault) {
+    const nsdf_part_ref *ref = place->ref;
+    part->kind = ref->kind;
+    if (ref->kind == NSDF_PART_BLOCKS)
+        return nsdf_read_blocks_desc(ref->data, ref->size, &part->desc.blocks, coded, fault);
+    return nsdf_read_network_desc(ref->data, ref->size, &part->desc.network, coded, fault);
+}
+
+static nsdf_status make_network(const part_place *place, nsdf_memory *memory, nsdf_segment_part *part,
+                                nsdf_error *error) {
+    const uint64_t size = nsdf_network_storage(&part->desc.network) * sizeof(float);
+    nsdf_status status = take_bytes(memory, size, &part->storage, place, error);
+    if (status == NSDF_OK)
+        nsdf_network_init(&part->at.network, &part->desc.network, part->storage);
+    return status;
+}
+
+static nsdf_status make_blocks(const part_place *place, nsdf_memory *memory, const nsdf_file_header *header,
+                               nsdf_segment_part *part, nsdf_error *error) {
     nsdf_fault fault = {0, NULL};
-    nsdf_parse parse = nsdf_read_network_desc(place->ref->data, place->ref->size, &part->desc, &coded, &fault);
+    nsdf_parse parse = nsdf_check_blocks(&part->desc.blocks, part->values, &fault);
     if (parse != NSDF_PARSE_OK)
         return nsdf_fail_parse(error, parse, NSDF_CHUNK_SEGM, place->offset, &fault);
-    nsdf_status status = take_floats(memory, nsdf_parameter_count(&part->desc), &part->values, place, error);
+    nsdf_status status = take_bytes(memory, nsdf_blocks_storage(&part->desc.blocks), &part->storage, place, error);
+    if (status == NSDF_OK)
+        nsdf_blocks_init(&part->at.blocks, &part->desc.blocks, part->values, header->domain_min, header->domain_max,
+                         part->storage);
+    return status;
+}
+
+static nsdf_status load_part(const part_place *place, nsdf_memory *memory, const nsdf_file_header *header,
+                             nsdf_segment_part *part, nsdf_error *error) {
+    size_t coded = 0;
+    nsdf_fault fault = {0, NULL};
+    nsdf_parse parse = read_desc(place, part, &coded, &fault);
+    if (parse != NSDF_PARSE_OK)
+        return nsdf_fail_parse(error, parse, NSDF_CHUNK_SEGM, place->offset, &fault);
+    void *values = NULL;
+    nsdf_status status =
+        take_bytes(memory, nsdf_parameter_count(nsdf_segment_tensors(part)) * sizeof(float), &values, place, error);
+    part->values = values;
     if (status == NSDF_OK)
         status = read_values(place, coded, memory, part, error);
-    if (status == NSDF_OK)
-        status = take_floats(memory, nsdf_network_storage(&part->desc), &part->storage, place, error);
-    if (status == NSDF_OK)
-        nsdf_network_init(&part->network, &part->desc, part->storage);
-    return status;
+    if (status != NSDF_OK)
+        return status;
+    return part->kind == NSDF_PART_BLOCKS ? make_blocks(place, memory, header, part, error)
+                                          : make_network(place, memory, part, error);
 }
 
 static nsdf_status check_hash(const nsdf_segment *segment, const nsdf_index_entry *entry, nsdf_error *error) {
     uint64_t hash = NSDF_HASH_START;
     for (uint32_t i = 0; i < segment->part_count; i++)
-        hash = nsdf_hash_floats(hash, segment->parts[i].values, (size_t)nsdf_parameter_count(&segment->parts[i].desc));
+        hash = nsdf_hash_floats(hash, segment->parts[i].values,
+                                (size_t)nsdf_parameter_count(nsdf_segment_tensors(&segment->parts[i])));
     if (hash == entry->parameter_hash)
         return NSDF_OK;
     return nsdf_fail(error, NSDF_CHECKSUM, NSDF_CHUNK_SEGM, entry->offset,
@@ -101,7 +137,7 @@ static nsdf_status take_parts(nsdf_memory *memory, uint32_t count, uint64_t offs
 }
 
 static nsdf_status load_parts(const nsdf_chunk *chunk, const nsdf_index_entry *entry, nsdf_memory *memory,
-                              nsdf_segment *segment, nsdf_error *error) {
+                              const nsdf_file_header *header, nsdf_segment *segment, nsdf_error *error) {
     const uint64_t base = entry->offset + NSDF_CHUNK_HEADER_SIZE;
     nsdf_part_ref refs[NSDF_MAX_PARTS];
     nsdf_fault fault = {0, NULL};
@@ -112,13 +148,9 @@ static nsdf_status load_parts(const nsdf_chunk *chunk, const nsdf_index_entry *e
     nsdf_status status = take_parts(memory, count, base, segment, error);
     for (uint32_t i = 0; status == NSDF_OK && i < count; i++) {
         const part_place place = {&refs[i], base + (uint64_t)(refs[i].data - chunk->payload)};
-        if (refs[i].kind == NSDF_PART_NETWORK)
-            status = load_part(&place, memory, &segment->parts[i], error);
-        else
-            status = nsdf_fail(error, NSDF_UNSUPPORTED_FEATURE, NSDF_CHUNK_SEGM, place.offset,
-                               "a part of kind %lu: a newer decoder is needed", (unsigned long)refs[i].kind);
+        status = load_part(&place, memory, header, &segment->parts[i], error);
         if (status == NSDF_OK)
-            segment->parameter_count += nsdf_parameter_count(&segment->parts[i].desc);
+            segment->parameter_count += nsdf_parameter_count(nsdf_segment_tensors(&segment->parts[i]));
     }
     return status == NSDF_OK ? check_hash(segment, entry, error) : status;
 }
@@ -144,7 +176,7 @@ nsdf_status nsdf_segment_load(const nsdf_stream *stream, uint32_t index, nsdf_me
         return status;
     status = check_chunk(&chunk, entry, error);
     if (status == NSDF_OK)
-        status = load_parts(&chunk, entry, memory, &loaded, error);
+        status = load_parts(&chunk, entry, memory, &stream->header, &loaded, error);
     nsdf_chunk_free(memory, &chunk);
     if (status == NSDF_OK)
         *segment = loaded;
@@ -165,15 +197,21 @@ void nsdf_segment_free(nsdf_memory *memory, nsdf_segment *segment) {
 void nsdf_segment_compose(nsdf_segment *segment, double u) {
     if (segment->composed == u)
         return;
-    for (uint32_t i = 0; i < segment->part_count; i++)
-        nsdf_network_compose(&segment->parts[i].network, &segment->parts[i].desc, segment->parts[i].values, u);
+    for (uint32_t i = 0; i < segment->part_count; i++) {
+        nsdf_segment_part *part = &segment->parts[i];
+        if (part->kind == NSDF_PART_BLOCKS)
+            nsdf_blocks_compose(&part->at.blocks, u);
+        else
+            nsdf_network_compose(&part->at.network, &part->desc.network, part->values, u);
+    }
     segment->composed = u;
 }
 
 uint64_t nsdf_segment_scratch(const nsdf_segment *segment) {
     uint64_t most = 0;
     for (uint32_t i = 0; i < segment->part_count; i++) {
-        const uint64_t size = nsdf_network_scratch(&segment->parts[i].network);
+        const nsdf_segment_part *part = &segment->parts[i];
+        const uint64_t size = part->kind == NSDF_PART_NETWORK ? nsdf_network_scratch(&part->at.network) : 0;
         most = size > most ? size : most;
     }
     return most;

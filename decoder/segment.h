@@ -2,17 +2,29 @@
 #ifndef NSDF_SEGMENT_H
 #define NSDF_SEGMENT_H
 
+#include "blocks.h"
 #include "memory.h"
 #include "network.h"
 #include "network_read.h"
 #include "stream.h"
 
+/* A network, or blocks. */
 typedef struct nsdf_segment_part {
-    nsdf_network_desc desc;
-    nsdf_network network;
-    float *values;  /* dequantised parameters */
-    float *storage; /* the network's */
+    uint32_t kind; /* NSDF_PART_... */
+    union {
+        nsdf_network_desc network;
+        nsdf_blocks_desc blocks;
+    } desc;
+    union {
+        nsdf_network network;
+        nsdf_blocks blocks;
+    } at;          /* one time */
+    float *values; /* dequantised parameters */
+    void *storage; /* of `at` */
 } nsdf_segment_part;
+
+/* The tensors of a part. */
+const nsdf_tensor_list *nsdf_segment_tensors(const nsdf_segment_part *part);
 
 typedef struct nsdf_segment {
     uint32_t part_count;

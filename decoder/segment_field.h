@@ -2,12 +2,14 @@
 #ifndef NSDF_SEGMENT_FIELD_H
 #define NSDF_SEGMENT_FIELD_H
 
+#include "block_kernels.h"
 #include "field.h"
 #include "segment.h"
 
 typedef struct nsdf_segment_field {
     const nsdf_segment *segment; /* composed */
     const nsdf_net_kernels *kernels;
+    const nsdf_block_kernels *block_kernels;
     float *scratch;        /* of all workers, aligned to 64 bytes */
     size_t scratch_stride; /* floats from one worker's to the next one's, a multiple of 16 */
 } nsdf_segment_field;
@@ -15,5 +17,10 @@ typedef struct nsdf_segment_field {
 /* nsdf_field.evaluate with user = nsdf_segment_field: the sum over the segment's parts. */
 void nsdf_segment_field_evaluate(void *user, uint32_t worker, size_t count, const float *const xyz[3], float *value,
                                  float *const grad[3]);
+
+/* nsdf_field.measure; only for a segment that is a single part of blocks. */
+void nsdf_segment_field_measure(void *user, uint32_t worker, size_t count, const float *const xyz[3], float *value);
+/* The field for the mesher. */
+nsdf_field nsdf_segment_field_view(nsdf_segment_field *field);
 
 #endif

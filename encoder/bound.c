@@ -9,7 +9,9 @@
 
 /* Cells along the longest side of the grid on which the bound is measured and checked. */
 enum { BOUND_RESOLUTION = 64, LARGEST_CUBE = 32 };
-static const double bound_margin = 1.15, lowest_bound = 1.0, highest_bound = 64.0;
+static const double bound_margin = 1.15, lowest_bound = 1.0, highest_bound = 64.0, growth = 1.25;
+/* Away from its balls the size of a field of blocks is known; within them this is generous. */
+static const double safe_for_blocks = 4.0;
 
 typedef struct {
     uint32_t nodes[3];
@@ -105,13 +107,29 @@ static nsdf_status measure(const nsdf_check_job *job, nsdf_decoder *decoder, gri
             g->value[k] = (float)((double)g->value[k] * inverse);
         for (uint32_t size = 2; size <= LARGEST_CUBE; size *= 2)
             *bound = fmax(*bound, needed_bound(g, size));
-        if (nsdf_check_progress(job, NSDF_STAGE_BOUND, began, i + 1, 2 * count))
+        if (nsdf_check_progress(job, NSDF_STAGE_BOUND, began, i + 1, 3 * count))
             return nsdf_encoder_fail(error, NSDF_CANCELLED, "cancelled");
     }
     return NSDF_OK;
 }
 
-/* ---- Sparse against dense ------------------------------------------------------------------------------- */
+/* ---- Extraction with the bound against a safer one --------------------------------------------------------- */
+
+/* The bound is a field of HEAD's payload; a copy of the file with another one serves for the comparison. */
+static nsdf_status open_with_bound(const nsdf_check_job *job, const nsdf_buffer *file, float bound, nsdf_buffer *copy,
+                                   nsdf_decoder **decoder) {
+    nsdf_file_header header = *job->header;
+    nsdf_buffer payload = {NULL, 0, 0, 0};
+    const size_t after = NSDF_PREAMBLE_SIZE + NSDF_CHUNK_OVERHEAD + NSDF_HEADER_PAYLOAD_SIZE;
+    header.extraction_bound = bound;
+    nsdf_write_preamble(copy);
+    nsdf_write_header(&payload, &header);
+    nsdf_write_chunk(copy, NSDF_CHUNK_HEAD, NSDF_CHUNK_CRITICAL, payload.data, payload.size);
+    nsdf_buffer_append(copy, file->data + after, file->size - after);
+    const int failed = copy->failed || payload.failed;
+    nsdf_buffer_free(&payload);
+    return failed ? NSDF_NO_MEMORY : nsdf_open_memory(decoder, copy->data, copy->size, NULL, NULL);
+}
 
 static nsdf_status hash_at(nsdf_decoder *decoder, double t, int dense, nsdf_mesh **mesh, uint64_t *hash) {
     nsdf_mesh_options options;
@@ -129,56 +147,59 @@ static nsdf_status hash_at(nsdf_decoder *decoder, double t, int dense, nsdf_mesh
     return status;
 }
 
-/* Whether the two differ at some frame; stops at the first. */
-static nsdf_status compare(const nsdf_check_job *job, nsdf_decoder *decoder, uint32_t *different,
-                           nsdf_encoder_error *error) {
-    uint32_t count = job->frames->count, first = job->frames->frames[0].number;
+/* Hashes of all frames; the calls of progress count on from `done`. */
+static nsdf_status hash_frames(const nsdf_check_job *job, nsdf_decoder *decoder, int dense, double began, uint32_t done,
+                               uint64_t *hashes) {
+    const uint32_t count = job->frames->count, first = job->frames->frames[0].number;
     nsdf_mesh *mesh = NULL;
     nsdf_status status = NSDF_OK;
-    double began = nsdf_clock();
-    *different = 0;
-    for (uint32_t i = 0; i < count && status == NSDF_OK && !*different; i++) {
+    for (uint32_t i = 0; i < count && status == NSDF_OK; i++) {
         double t = 0.0;
-        uint64_t sparse = 0, dense = 0;
         status = nsdf_frame_time(decoder, job->frames->frames[i].number - first, &t);
         if (status == NSDF_OK)
-            status = hash_at(decoder, t, 0, &mesh, &sparse);
-        if (status == NSDF_OK)
-            status = hash_at(decoder, t, 1, &mesh, &dense);
-        *different = sparse != dense;
-        if (nsdf_check_progress(job, NSDF_STAGE_BOUND, began, count + i + 1, 2 * count))
+            status = hash_at(decoder, t, dense, &mesh, &hashes[i]);
+        if (nsdf_check_progress(job, NSDF_STAGE_BOUND, began, done + i + 1, 3 * count))
             status = NSDF_CANCELLED;
     }
     nsdf_mesh_free(&mesh);
-    return status == NSDF_OK ? status : nsdf_encoder_fail(error, status, "bound: %s", nsdf_status_string(status));
-}
-
-/* The bound is a field of HEAD's payload; a copy of the file with another one serves for the comparison. */
-static nsdf_status compare_with_bound(const nsdf_check_job *job, const nsdf_buffer *file, float bound,
-                                      uint32_t *different, nsdf_encoder_error *error) {
-    nsdf_file_header header = *job->header;
-    nsdf_buffer copy = {NULL, 0, 0, 0}, payload = {NULL, 0, 0, 0};
-    nsdf_decoder *decoder = NULL;
-    size_t after = NSDF_PREAMBLE_SIZE + NSDF_CHUNK_OVERHEAD + NSDF_HEADER_PAYLOAD_SIZE;
-    header.extraction_bound = bound;
-    nsdf_write_preamble(&copy);
-    nsdf_write_header(&payload, &header);
-    nsdf_write_chunk(&copy, NSDF_CHUNK_HEAD, NSDF_CHUNK_CRITICAL, payload.data, payload.size);
-    nsdf_buffer_append(&copy, file->data + after, file->size - after);
-    nsdf_status status =
-        copy.failed || payload.failed ? NSDF_NO_MEMORY : nsdf_open_memory(&decoder, copy.data, copy.size, NULL, NULL);
-    if (status == NSDF_OK)
-        status = compare(job, decoder, different, error);
-    else
-        (void)nsdf_encoder_fail(error, status, "bound: %s", nsdf_status_string(status));
-    nsdf_close(&decoder);
-    nsdf_buffer_free(&copy);
-    nsdf_buffer_free(&payload);
     return status;
 }
 
-nsdf_status nsdf_measure_bound(const nsdf_check_job *job, const nsdf_buffer *file, float *bound,
-                               nsdf_encoder_error *error) {
+/* What extraction with a bound gives; or dense extraction when the bound is 0. */
+static nsdf_status hash_with(const nsdf_check_job *job, const nsdf_buffer *file, float bound, double began,
+                             uint32_t done, uint64_t *hashes) {
+    nsdf_buffer copy = {NULL, 0, 0, 0};
+    nsdf_decoder *decoder = NULL;
+    nsdf_status status = open_with_bound(job, file, bound > 0.0f ? bound : (float)highest_bound, &copy, &decoder);
+    if (status == NSDF_OK)
+        status = hash_frames(job, decoder, !(bound > 0.0f), began, done, hashes);
+    nsdf_close(&decoder);
+    nsdf_buffer_free(&copy);
+    return status;
+}
+
+/* Raises the bound from `start` until extraction gives what it does with `safe`. */
+static nsdf_status raise_bound(const nsdf_check_job *job, const nsdf_buffer *file, double start, double safe,
+                               float *bound) {
+    const uint32_t count = job->frames->count;
+    const double began = nsdf_clock();
+    uint64_t *wanted = malloc(count * sizeof *wanted), *found = malloc(count * sizeof *found);
+    nsdf_status status = wanted && found ? hash_with(job, file, (float)safe, began, count, wanted) : NSDF_NO_MEMORY;
+    for (double b = start; status == NSDF_OK; b *= growth) {
+        *bound = (float)fmin(b, highest_bound);
+        if (b >= highest_bound || (safe > 0.0 && b >= safe))
+            break;
+        status = hash_with(job, file, *bound, began, 2 * count, found);
+        if (status == NSDF_OK && memcmp(wanted, found, count * sizeof *wanted) == 0)
+            break;
+    }
+    free(wanted);
+    free(found);
+    return status;
+}
+
+static nsdf_status bound_of_network(const nsdf_check_job *job, const nsdf_buffer *file, float *bound,
+                                    nsdf_encoder_error *error) {
     nsdf_decoder *decoder = NULL;
     grid g;
     double needed = 0.0;
@@ -192,14 +213,16 @@ nsdf_status nsdf_measure_bound(const nsdf_check_job *job, const nsdf_buffer *fil
         status = measure(job, decoder, &g, &needed, error);
     free_grid(&g);
     nsdf_close(&decoder);
-    double b = fmin(fmax(needed * bound_margin, lowest_bound), highest_bound);
-    for (uint32_t different = 1; status == NSDF_OK && different > 0;) {
-        status = compare_with_bound(job, file, (float)b, &different, error);
-        if (different == 0 || b >= highest_bound)
-            break;
-        b *= 1.5;
-    }
-    if (status == NSDF_OK)
-        *bound = (float)b;
-    return status;
+    if (status != NSDF_OK)
+        return status;
+    status = raise_bound(job, file, fmin(fmax(needed * bound_margin, lowest_bound), highest_bound), 0.0, bound);
+    return status == NSDF_OK ? status : nsdf_encoder_fail(error, status, "bound: %s", nsdf_status_string(status));
+}
+
+nsdf_status nsdf_measure_bound(const nsdf_check_job *job, const nsdf_buffer *file, int blocks, float *bound,
+                               nsdf_encoder_error *error) {
+    if (!blocks)
+        return bound_of_network(job, file, bound, error);
+    const nsdf_status status = raise_bound(job, file, lowest_bound, safe_for_blocks, bound);
+    return status == NSDF_OK ? status : nsdf_encoder_fail(error, status, "bound: %s", nsdf_status_string(status));
 }

@@ -14,10 +14,12 @@ typedef struct nsdf_check_job { /* shared by bound.c and verify.c */
     double start_time;
 } nsdf_check_job;
 
-/* Evaluates the file's field on a dense grid at every frame and finds the smallest bound for which no cube of 2 to 32
- * cells with a change of sign is skipped; adds a margin; then compares sparse with dense extraction on every frame, and
- * raises the bound until they agree.  `file` must hold some bound already; the result goes to *bound. */
-nsdf_status nsdf_measure_bound(const nsdf_check_job *job, const nsdf_buffer *file, float *bound,
+/* For a network: evaluates the file's field on a dense grid at every frame, finds the smallest bound for which no cube
+ * of 2 to 32 cells with a change of sign is skipped, adds a margin, and raises it until sparse and dense extraction
+ * agree on every frame.  For blocks: raises it from 1 until extraction gives what a bound of 4 gives; that the mesher
+ * follows the surface into cells that the bound left out is used there.  `file` must hold some bound already; the
+ * result goes to *bound. */
+nsdf_status nsdf_measure_bound(const nsdf_check_job *job, const nsdf_buffer *file, int blocks, float *bound,
                                nsdf_encoder_error *error);
 
 /* Calls progress for a stage whose first `done` of `count` items are done since `began`; nonzero = abort. */

@@ -1,6 +1,7 @@
 #include "dataset.h"
 
 #include "fit.h"
+#include "motion.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -104,6 +105,16 @@ static nsdf_status sample_all(context *c, nsdf_encoder_error *error) {
     return NSDF_OK;
 }
 
+/* Balls are to be filled to their borders, and what lies outside of them does not count. */
+static void suit_blocks(nsdf_sampler_params *params, const nsdf_dataset_job *job) {
+    const double area = nsdf_surface_area(&job->frames->frames[0].surface);
+    const float radius = (float)nsdf_block_radius(job->options, area);
+    params->noise[2] = fmaxf(0.5f * radius, 2.0f * params->noise[1]);
+    params->noise_share[2] = 0.30f;
+    params->frame_box_share = 0.04f;
+    params->domain_share = 0.01f;
+}
+
 nsdf_status nsdf_dataset_create(nsdf_dataset *dataset, const nsdf_dataset_job *job, nsdf_encoder_error *error) {
     const nsdf_frames *frames = job->frames;
     uint32_t count = frames->count, last = frames->frames[count - 1].number, first = frames->frames[0].number;
@@ -116,6 +127,8 @@ nsdf_status nsdf_dataset_create(nsdf_dataset *dataset, const nsdf_dataset_job *j
     c.params.kind = job->options->sampling == NSDF_SAMPLE_REJECTION ? NSDF_SAMPLER_REJECTION : NSDF_SAMPLER_NEAR;
     c.params.count = samples_per_frame(job->options, count);
     c.params.d_half = (float)job->options->d_half;
+    if (job->options->blocks > 0)
+        suit_blocks(&c.params, job);
     memcpy(c.params.domain_min, job->header->domain_min, sizeof c.params.domain_min);
     memcpy(c.params.domain_max, job->header->domain_max, sizeof c.params.domain_max);
     c.fault = calloc(count, 1);

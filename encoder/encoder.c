@@ -1,5 +1,6 @@
 #include "nsdf/encoder.h"
 
+#include "block_stage.h"
 #include "bound.h"
 #include "container.h"
 #include "dataset.h"
@@ -27,6 +28,7 @@ struct nsdf_encoder {
     nsdf_file_header header;
     nsdf_model model;
     float *parameters;
+    nsdf_block_model blocks; /* instead of the network, if it has values */
     /* What was measured last, and the hash of the decoded parameters that it was measured with. */
     int measured;
     uint64_t measured_hash;
@@ -71,6 +73,7 @@ void nsdf_encoder_close(nsdf_encoder **encoder) {
         return;
     nsdf_frames_free(&(*encoder)->frames);
     nsdf_buffer_free(&(*encoder)->file);
+    nsdf_block_model_free(&(*encoder)->blocks);
     free((*encoder)->parameters);
     free(*encoder);
     *encoder = NULL;
@@ -160,7 +163,16 @@ static nsdf_status fitted(run *r, int failed) {
     return NSDF_OK;
 }
 
+static int uses_blocks(const run *r) {
+    const nsdf_encoder *e = r->encoder;
+    return e->options.blocks > 0;
+}
+
 static nsdf_status fit(run *r) {
+    if (uses_blocks(r)) {
+        nsdf_fit_job job = fit_job(r);
+        return fitted(r, nsdf_fit_blocks(&job, &r->encoder->blocks, &r->fit));
+    }
     nsdf_random random = nsdf_random_start(r->encoder->options.seed, 1);
     nsdf_fit_job job = fit_job(r);
     nsdf_model_initialise(&r->encoder->model, &random, r->encoder->parameters);
@@ -171,6 +183,12 @@ static nsdf_status code(run *r) {
     const nsdf_encoder_options *o = &r->encoder->options;
     nsdf_quantise_params quantise = {o->weight_bits, 1};
     r->segment.payload.size = 0;
+    if (r->encoder->blocks.values) {
+        if (nsdf_code_blocks(&r->encoder->blocks, &r->segment) == 0 &&
+            nsdf_assemble_file(&r->encoder->header, &r->segment, NULL, &r->encoder->file) == 0)
+            return NSDF_OK;
+        return nsdf_encoder_fail(r->error, NSDF_INTERNAL, "the blocks cannot be coded");
+    }
     if (!o->quantise_aware)
         nsdf_choose_quantisers(&r->encoder->model, &quantise, r->encoder->parameters);
     if (nsdf_code_segment(&r->encoder->model, r->encoder->parameters, &r->segment) != 0 ||
@@ -197,7 +215,8 @@ static nsdf_status measure(run *r, double *seconds_bound) {
     nsdf_encoder *e = r->encoder;
     nsdf_check_job job = {&e->frames, &e->header, &e->options, r->progress, r->user, r->start};
     double began = nsdf_clock();
-    nsdf_status status = nsdf_measure_bound(&job, &e->file, &e->header.extraction_bound, r->error);
+    nsdf_status status =
+        nsdf_measure_bound(&job, &e->file, e->blocks.values != NULL, &e->header.extraction_bound, r->error);
     *seconds_bound = nsdf_clock() - began;
     e->stats.bound = (double)e->header.extraction_bound;
     if (status == NSDF_OK)
@@ -257,7 +276,8 @@ static nsdf_status mend(run *r) {
  */
 static int worth_mending(const run *r) {
     uint32_t pieces = r->encoder->stats.stray_pieces;
-    return r->encoder->options.hard_samples && pieces > 0 && pieces <= r->encoder->frames.count + 8;
+    return !r->encoder->blocks.values && r->encoder->options.hard_samples && pieces > 0 &&
+           pieces <= r->encoder->frames.count + 8;
 }
 
 static nsdf_status run_stages(run *r) {
@@ -307,7 +327,9 @@ nsdf_status nsdf_encoder_run(nsdf_encoder *encoder, nsdf_progress_fn progress, v
     stats->nominal_frames = encoder->header.frame_count;
     stats->triangles = encoder->frames.triangles;
     stats->diagonal = encoder->header.scale;
-    stats->parameters = encoder->model.parameter_count;
+    stats->blocks = encoder->blocks.desc.block_count;
+    stats->bones = encoder->blocks.desc.bone_count;
+    stats->parameters = encoder->blocks.values ? encoder->blocks.value_count : encoder->model.parameter_count;
     end_run(&r, status);
     return status;
 }
@@ -343,13 +365,15 @@ nsdf_status nsdf_encoder_recode(nsdf_encoder *encoder, double weight_bits, nsdf_
         return status;
     run r = {.encoder = encoder, .progress = progress, .user = user, .error = error, .start = nsdf_clock()};
     encoder->options = options;
-    encoder->model.desc.entropy = (uint8_t)entropy;
+    encoder->model.desc.list.entropy = (uint8_t)entropy;
+    encoder->blocks.desc.list.entropy = (uint8_t)entropy;
     /* Fitting chose those of its own number of bits; code() chooses the others. */
-    if (options.quantise_aware && weight_bits != given.weight_bits)
+    if (!encoder->blocks.values && options.quantise_aware && weight_bits != given.weight_bits)
         nsdf_choose_quantisers(&encoder->model, &quantise, encoder->parameters);
     status = recode(&r);
     encoder->options = given;
     encoder->model = fitted_model;
+    encoder->blocks.desc.list.entropy = (uint8_t)given.entropy;
     return status;
 }
 

@@ -23,6 +23,14 @@ static nsdf_encoder_options common_options(void) {
     o.omega_hidden = 1.0;
     o.fourier_features = 20; /* five per input value, as in thesis chapter 8 */
     o.fourier_sigma = sqrt(3.0);
+    o.blocks = 1000;
+    o.bones = 60;
+    o.block_degree = 2;
+    o.block_overlap = 5.0;
+    o.block_knot_spacing = 2.0;
+    o.pose_step = 5e-4;
+    o.coefficient_step = 5e-4;
+    o.block_points = 4096;
     o.d_half = 0.01;
     o.hard_samples = 1;
     o.loss_d0 = 0.02;
@@ -40,6 +48,7 @@ static nsdf_encoder_options common_options(void) {
 }
 
 static void thesis_options(nsdf_encoder_options *o) {
+    o->blocks = 0;
     o->input = NSDF_MODEL_XYZT;
     o->activation = NSDF_MODEL_RELU;
     o->layers = 16;
@@ -60,10 +69,22 @@ static void thesis_options(nsdf_encoder_options *o) {
 void nsdf_encoder_options_init(nsdf_encoder_options *options, nsdf_preset preset) {
     nsdf_encoder_options o = common_options();
     o.steps = 16000;
-    if (preset == NSDF_PRESET_MEDIUM)
+    o.block_steps = 4500;
+    if (preset == NSDF_PRESET_MEDIUM) {
         o.steps = 40000;
+        o.blocks = 1500;
+        o.bones = 100;
+        o.block_steps = 30000;
+        o.pose_step = 3.5e-4;
+        o.coefficient_step = 3e-4;
+    }
     if (preset == NSDF_PRESET_SLOW) {
         o.steps = 100000;
+        o.blocks = 3000;
+        o.bones = 160;
+        o.block_steps = 150000;
+        o.pose_step = 2e-4;
+        o.coefficient_step = 2e-4;
         o.width = 128;
         o.learning_rate = 1e-3;
     }
@@ -100,6 +121,14 @@ static nsdf_status check_model(const nsdf_encoder_options *o, nsdf_encoder_error
         {"omega of the hidden layers", o->omega_hidden, 1e-3, 1e4},
         {"Fourier features", o->fourier_features, 1, NSDF_MAX_FOURIER},
         {"Fourier sigma", o->fourier_sigma, 1e-6, 1e3},
+        {"blocks", o->blocks, 0, NSDF_MAX_BLOCKS},
+        {"bones", o->bones, 1, NSDF_MAX_BONES},
+        {"degree of the blocks", o->block_degree, 0, NSDF_MAX_DEGREE},
+        {"overlap of the blocks", o->block_overlap, 1, 20},
+        {"radius of the blocks", o->block_radius, 0, 0.5},
+        {"knot spacing of the blocks", o->block_knot_spacing, 0.25, 1e6},
+        {"pose step", o->pose_step, 1e-7, 0.1},
+        {"coefficient step", o->coefficient_step, 1e-7, 0.1},
     };
     nsdf_status status = check_ranges(ranges, sizeof ranges / sizeof *ranges, error);
     if (status == NSDF_OK && o->weight_time != NSDF_TIME_CONSTANT && o->input != NSDF_MODEL_XYZ)
@@ -126,6 +155,8 @@ static nsdf_status check_fitting(const nsdf_encoder_options *o, nsdf_encoder_err
         {"steps", (double)o->steps, 1, 1e12},
         {"batch frames", o->batch_frames, 1, 4096},
         {"batch points", o->batch_points, 1, 1 << 20},
+        {"steps of the blocks", (double)o->block_steps, 1, 1e12},
+        {"points of the blocks' batch", o->block_points, 1, 1 << 20},
         {"learning rate", o->learning_rate, 1e-12, 1},
         {"entropy coder", (double)o->entropy, 0, 3},
         {"resolution", o->resolution, 2, NSDF_MAX_RESOLUTION},

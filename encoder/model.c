@@ -40,7 +40,7 @@ void nsdf_model_describe(nsdf_model *model, const nsdf_encoder_options *o, uint3
     nsdf_network_desc *d = &model->desc;
     memset(d, 0, sizeof *d);
     d->input = (uint8_t)o->input;
-    d->entropy = (uint8_t)o->entropy;
+    d->list.entropy = (uint8_t)o->entropy;
     d->time_scale = 1.0f;
     d->value_scale = 1.0f;
     if (o->input == NSDF_MODEL_FOURIER) {
@@ -49,7 +49,7 @@ void nsdf_model_describe(nsdf_model *model, const nsdf_encoder_options *o, uint3
         d->fourier_seed = o->seed;
         d->fourier_sigma = (float)o->fourier_sigma;
         if (o->fourier_trained)
-            describe_tensor(&d->tensors[d->tensor_count++], NSDF_TIME_CONSTANT, o->fourier_features, 4, 0, 0);
+            describe_tensor(&d->list.tensors[d->list.count++], NSDF_TIME_CONSTANT, o->fourier_features, 4, 0, 0);
     }
     d->layer_count = o->layers + 1;
     uint32_t knots = knot_count(o->knot_spacing, frame_count);
@@ -59,8 +59,9 @@ void nsdf_model_describe(nsdf_model *model, const nsdf_encoder_options *o, uint3
         d->layers[l].activation = layer_activation(o, l);
         d->layers[l].omega = (float)(l == 0 ? o->omega_first : o->omega_hidden);
         uint32_t rows = d->layers[l].width, cols = nsdf_layer_inputs(model, l);
-        describe_tensor(&d->tensors[d->tensor_count++], l == 0 ? time : NSDF_TIME_CONSTANT, rows, cols, knots, o->rank);
-        describe_tensor(&d->tensors[d->tensor_count++], l < o->layers ? time : NSDF_TIME_CONSTANT, rows, 1, knots,
+        describe_tensor(&d->list.tensors[d->list.count++], l == 0 ? time : NSDF_TIME_CONSTANT, rows, cols, knots,
+                        o->rank);
+        describe_tensor(&d->list.tensors[d->list.count++], l < o->layers ? time : NSDF_TIME_CONSTANT, rows, 1, knots,
                         o->rank);
     }
     nsdf_model_layout(model);
@@ -69,10 +70,10 @@ void nsdf_model_describe(nsdf_model *model, const nsdf_encoder_options *o, uint3
 void nsdf_model_layout(nsdf_model *model) {
     const nsdf_network_desc *d = &model->desc;
     uint64_t at = 0;
-    for (uint32_t i = 0; i < d->tensor_count; i++)
-        for (uint32_t k = 0; k < d->tensors[i].array_count; k++) {
+    for (uint32_t i = 0; i < d->list.count; i++)
+        for (uint32_t k = 0; k < d->list.tensors[i].array_count; k++) {
             model->array_offset[i][k] = at;
-            at += nsdf_array_size(&d->tensors[i].arrays[k]);
+            at += nsdf_array_size(&d->list.tensors[i].arrays[k]);
         }
     model->parameter_count = at;
     size_t composed = 0;
@@ -133,8 +134,8 @@ void nsdf_model_initialise(const nsdf_model *model, nsdf_random *random, float *
         double bias = d->layers[l].activation == NSDF_ACT_SINE ? 1.0 / sqrt(in) : 0.0;
         if (d->layers[l].activation == NSDF_ACT_SINE && l > 0)
             bias /= (double)d->layers[l].omega;
-        initialise_tensor(&d->tensors[w], model->array_offset[w], range, random, parameters);
-        initialise_tensor(&d->tensors[w + 1], model->array_offset[w + 1], bias, random, parameters);
+        initialise_tensor(&d->list.tensors[w], model->array_offset[w], range, random, parameters);
+        initialise_tensor(&d->list.tensors[w + 1], model->array_offset[w + 1], bias, random, parameters);
     }
 }
 
@@ -190,10 +191,10 @@ void nsdf_model_compose(const nsdf_model *model, const float *parameters, double
         uint32_t w = nsdf_weight_index(d, l);
         size_t in = nsdf_layer_inputs(model, l);
         float *matrix = composed + model->layer_offset[l];
-        knot_weights k = weights_for(&d->tensors[w], u);
-        compose_tensor(&d->tensors[w], model->array_offset[w], parameters, &k, matrix, in + 1);
-        k = weights_for(&d->tensors[w + 1], u);
-        compose_tensor(&d->tensors[w + 1], model->array_offset[w + 1], parameters, &k, matrix + in, in + 1);
+        knot_weights k = weights_for(&d->list.tensors[w], u);
+        compose_tensor(&d->list.tensors[w], model->array_offset[w], parameters, &k, matrix, in + 1);
+        k = weights_for(&d->list.tensors[w + 1], u);
+        compose_tensor(&d->list.tensors[w + 1], model->array_offset[w + 1], parameters, &k, matrix + in, in + 1);
     }
     if (d->input != NSDF_INPUT_FOURIER)
         return;
@@ -246,10 +247,10 @@ void nsdf_model_scatter(const nsdf_model *model, const float *parameters, double
         uint32_t w = nsdf_weight_index(d, l);
         size_t in = nsdf_layer_inputs(model, l);
         const float *g = composed_gradient + model->layer_offset[l];
-        knot_weights k = weights_for(&d->tensors[w], u);
-        scatter_tensor(&d->tensors[w], model->array_offset[w], parameters, &k, g, in + 1, gradient);
-        k = weights_for(&d->tensors[w + 1], u);
-        scatter_tensor(&d->tensors[w + 1], model->array_offset[w + 1], parameters, &k, g + in, in + 1, gradient);
+        knot_weights k = weights_for(&d->list.tensors[w], u);
+        scatter_tensor(&d->list.tensors[w], model->array_offset[w], parameters, &k, g, in + 1, gradient);
+        k = weights_for(&d->list.tensors[w + 1], u);
+        scatter_tensor(&d->list.tensors[w + 1], model->array_offset[w + 1], parameters, &k, g + in, in + 1, gradient);
     }
     if (d->input == NSDF_INPUT_FOURIER && d->fourier_source == NSDF_FOURIER_STORED)
         for (size_t i = 0; i < 4 * (size_t)d->fourier_count; i++)

@@ -27,9 +27,9 @@ static void choose_quantiser(nsdf_array_desc *a, const nsdf_quantise_params *par
 }
 
 void nsdf_choose_quantisers(nsdf_model *model, const nsdf_quantise_params *params, const float *parameters) {
-    for (uint32_t i = 0; i < model->desc.tensor_count; i++)
-        for (uint32_t k = 0; k < model->desc.tensors[i].array_count; k++)
-            choose_quantiser(&model->desc.tensors[i].arrays[k], params, parameters + model->array_offset[i][k]);
+    for (uint32_t i = 0; i < model->desc.list.count; i++)
+        for (uint32_t k = 0; k < model->desc.list.tensors[i].array_count; k++)
+            choose_quantiser(&model->desc.list.tensors[i].arrays[k], params, parameters + model->array_offset[i][k]);
 }
 
 static void round_array(const nsdf_array_desc *a, const float *values, float *rounded) {
@@ -49,17 +49,17 @@ static void round_array(const nsdf_array_desc *a, const float *values, float *ro
 }
 
 void nsdf_round_parameters(const nsdf_model *model, const float *parameters, float *rounded) {
-    for (uint32_t i = 0; i < model->desc.tensor_count; i++)
-        for (uint32_t k = 0; k < model->desc.tensors[i].array_count; k++) {
+    for (uint32_t i = 0; i < model->desc.list.count; i++)
+        for (uint32_t k = 0; k < model->desc.list.tensors[i].array_count; k++) {
             uint64_t at = model->array_offset[i][k];
-            round_array(&model->desc.tensors[i].arrays[k], parameters + at, rounded + at);
+            round_array(&model->desc.list.tensors[i].arrays[k], parameters + at, rounded + at);
         }
 }
 
 int nsdf_quantise_parameters(const nsdf_model *model, const float *parameters, int32_t *q) {
-    for (uint32_t i = 0; i < model->desc.tensor_count; i++)
-        for (uint32_t k = 0; k < model->desc.tensors[i].array_count; k++) {
-            const nsdf_array_desc *a = &model->desc.tensors[i].arrays[k];
+    for (uint32_t i = 0; i < model->desc.list.count; i++)
+        for (uint32_t k = 0; k < model->desc.list.tensors[i].array_count; k++) {
+            const nsdf_array_desc *a = &model->desc.list.tensors[i].arrays[k];
             uint64_t at = model->array_offset[i][k], count = nsdf_array_size(a);
             if (a->quantiser == NSDF_QUANT_RAW)
                 memcpy(q + at, parameters + at, count * sizeof *q);

@@ -35,20 +35,20 @@ const char *nsdf_entropy_name(nsdf_entropy_kind kind) {
     return NULL;
 }
 
-uint64_t nsdf_all_plane_bytes(const nsdf_network_desc *desc) {
+uint64_t nsdf_all_plane_bytes(const nsdf_tensor_list *list) {
     uint64_t bytes = 0;
-    for (uint32_t t = 0; t < desc->tensor_count; t++)
-        for (uint32_t k = 0; k < desc->tensors[t].array_count; k++)
-            bytes += nsdf_plane_bytes(&desc->tensors[t].arrays[k]);
+    for (uint32_t t = 0; t < list->count; t++)
+        for (uint32_t k = 0; k < list->tensors[t].array_count; k++)
+            bytes += nsdf_plane_bytes(&list->tensors[t].arrays[k]);
     return bytes;
 }
 
 /* Bytes of the packed stream of all arrays. */
-static uint64_t packed_size(const nsdf_network_desc *desc) {
+static uint64_t packed_size(const nsdf_tensor_list *list) {
     uint64_t bits = 0;
-    for (uint32_t t = 0; t < desc->tensor_count; t++)
-        for (uint32_t k = 0; k < desc->tensors[t].array_count; k++) {
-            const nsdf_array_desc *a = &desc->tensors[t].arrays[k];
+    for (uint32_t t = 0; t < list->count; t++)
+        for (uint32_t k = 0; k < list->tensors[t].array_count; k++) {
+            const nsdf_array_desc *a = &list->tensors[t].arrays[k];
             bits += a->quantiser == NSDF_QUANT_UNIFORM ? nsdf_array_size(a) * a->bits : 0;
         }
     return (bits + 7) / 8;
@@ -62,10 +62,10 @@ static nsdf_parse check_size(size_t size, uint64_t expected, const char **what) 
     return size < expected ? NSDF_PARSE_TRUNCATED : NSDF_PARSE_CORRUPT;
 }
 
-nsdf_parse nsdf_residuals_open(nsdf_residual_reader *reader, const nsdf_network_desc *desc, const uint8_t *data,
+nsdf_parse nsdf_residuals_open(nsdf_residual_reader *reader, const nsdf_tensor_list *list, const uint8_t *data,
                                size_t size, uint8_t *planes, const nsdf_codec_memory *memory, const char **what) {
-    uint64_t plane_bytes = nsdf_all_plane_bytes(desc);
-    nsdf_residual_reader fresh = {.kind = (nsdf_entropy_kind)desc->entropy, .bytes = data};
+    uint64_t plane_bytes = nsdf_all_plane_bytes(list);
+    nsdf_residual_reader fresh = {.kind = (nsdf_entropy_kind)list->entropy, .bytes = data};
     *reader = fresh;
     if (plane_bytes == 0) {
         reader->kind = NSDF_ENTROPY_NONE;
@@ -73,7 +73,7 @@ nsdf_parse nsdf_residuals_open(nsdf_residual_reader *reader, const nsdf_network_
     }
     switch (reader->kind) {
     case NSDF_ENTROPY_NONE:
-        return check_size(size, packed_size(desc), what);
+        return check_size(size, packed_size(list), what);
     case NSDF_ENTROPY_DEFLATE:
         reader->bytes = planes;
         return nsdf_inflate(data, size, planes, (size_t)plane_bytes, memory, what);

@@ -24,10 +24,10 @@ static inline uint64_t nsdf_plane_bytes(const nsdf_array_desc *a) {
 }
 
 /* The same summed over all arrays; 0 means that the coded stream is empty. */
-uint64_t nsdf_all_plane_bytes(const nsdf_network_desc *desc);
+uint64_t nsdf_all_plane_bytes(const nsdf_tensor_list *list);
 
-/* `planes` has room for nsdf_all_plane_bytes(desc) when the back end is deflate or zstd. */
-nsdf_parse nsdf_residuals_open(nsdf_residual_reader *reader, const nsdf_network_desc *desc, const uint8_t *data,
+/* `planes` has room for nsdf_all_plane_bytes(list) when the back end is deflate or zstd. */
+nsdf_parse nsdf_residuals_open(nsdf_residual_reader *reader, const nsdf_tensor_list *list, const uint8_t *data,
                                size_t size, uint8_t *planes, const nsdf_codec_memory *memory, const char **what);
 /* Residuals of the next uniform array, each within residual_min + [0, 2^bits). */
 nsdf_parse nsdf_residuals_next(nsdf_residual_reader *reader, const nsdf_array_desc *array, int32_t *residuals,

@@ -12,10 +12,10 @@
 /* Calls visit for every uniform array. */
 typedef void (*array_visitor)(void *user, const nsdf_array_desc *a, const int32_t *residuals);
 
-static void visit_uniform(const nsdf_network_desc *desc, const int32_t *residuals, array_visitor visit, void *user) {
-    for (uint32_t t = 0; t < desc->tensor_count; t++)
-        for (uint32_t k = 0; k < desc->tensors[t].array_count; k++) {
-            const nsdf_array_desc *a = &desc->tensors[t].arrays[k];
+static void visit_uniform(const nsdf_tensor_list *list, const int32_t *residuals, array_visitor visit, void *user) {
+    for (uint32_t t = 0; t < list->count; t++)
+        for (uint32_t k = 0; k < list->tensors[t].array_count; k++) {
+            const nsdf_array_desc *a = &list->tensors[t].arrays[k];
             if (a->quantiser == NSDF_QUANT_UNIFORM)
                 visit(user, a, residuals);
             residuals += nsdf_array_size(a);
@@ -43,9 +43,9 @@ static void split_array(void *user, const nsdf_array_desc *a, const int32_t *res
             nsdf_buffer_u8(planes, (uint8_t)((uint32_t)(residuals[i] - a->residual_min) >> shift));
 }
 
-static int write_packed(nsdf_buffer *out, const nsdf_network_desc *desc, const int32_t *residuals) {
+static int write_packed(nsdf_buffer *out, const nsdf_tensor_list *list, const int32_t *residuals) {
     bit_packer packer = {out, 0, 0};
-    visit_uniform(desc, residuals, pack_array, &packer);
+    visit_uniform(list, residuals, pack_array, &packer);
     if (packer.count > 0)
         nsdf_buffer_u8(out, (uint8_t)packer.pending);
     return 0;
@@ -86,12 +86,12 @@ static int write_zstd(nsdf_buffer *out, const nsdf_buffer *planes) {
 }
 #endif
 
-static int write_planes(nsdf_buffer *out, const nsdf_network_desc *desc, const int32_t *residuals) {
+static int write_planes(nsdf_buffer *out, const nsdf_tensor_list *list, const int32_t *residuals) {
     nsdf_buffer planes = {0};
-    visit_uniform(desc, residuals, split_array, &planes);
+    visit_uniform(list, residuals, split_array, &planes);
     int failed = planes.failed;
     if (!failed)
-        failed = desc->entropy == NSDF_ENTROPY_DEFLATE ? write_deflate(out, &planes) : write_zstd(out, &planes);
+        failed = list->entropy == NSDF_ENTROPY_DEFLATE ? write_deflate(out, &planes) : write_zstd(out, &planes);
     nsdf_buffer_free(&planes);
     return failed ? -1 : 0;
 }
@@ -101,19 +101,19 @@ static void note_bits(void *user, const nsdf_array_desc *a, const int32_t *resid
     *(uint32_t *)user |= a->bits;
 }
 
-int nsdf_write_residuals(nsdf_buffer *out, const nsdf_network_desc *desc, const int32_t *residuals) {
+int nsdf_write_residuals(nsdf_buffer *out, const nsdf_tensor_list *list, const int32_t *residuals) {
     uint32_t bits = 0;
-    visit_uniform(desc, residuals, note_bits, &bits);
+    visit_uniform(list, residuals, note_bits, &bits);
     if (bits == 0) /* nothing to say: the stream is empty for every back end */
         return 0;
-    switch (desc->entropy) {
+    switch (list->entropy) {
     case NSDF_ENTROPY_NONE:
-        return write_packed(out, desc, residuals);
+        return write_packed(out, list, residuals);
     case NSDF_ENTROPY_DEFLATE:
     case NSDF_ENTROPY_ZSTD:
-        return write_planes(out, desc, residuals);
+        return write_planes(out, list, residuals);
     case NSDF_ENTROPY_RANGE:
-        nsdf_range_write(out, desc, residuals);
+        nsdf_range_write(out, list, residuals);
         return 0;
     default:
         return -1;

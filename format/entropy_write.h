@@ -4,11 +4,11 @@
 
 #include "container_write.h"
 
-/* Appends the coded stream of all uniform arrays of desc.  residuals: of all arrays in the order of the file (raw
+/* Appends the coded stream of all uniform arrays of list.  residuals: of all arrays in the order of the file (raw
  * arrays' elements are passed over).  Returns 0, or -1 when memory ran out or the back end is not in this build. */
-int nsdf_write_residuals(nsdf_buffer *out, const nsdf_network_desc *desc, const int32_t *residuals);
+int nsdf_write_residuals(nsdf_buffer *out, const nsdf_tensor_list *list, const int32_t *residuals);
 
 /* The range coder's stream of the same arrays. */
-void nsdf_range_write(nsdf_buffer *out, const nsdf_network_desc *desc, const int32_t *residuals);
+void nsdf_range_write(nsdf_buffer *out, const nsdf_tensor_list *list, const int32_t *residuals);
 
 #endif

@@ -6,7 +6,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
-enum { NSDF_FORMAT_MAJOR = 0, NSDF_FORMAT_MINOR = 1 };
+enum { NSDF_FORMAT_MAJOR = 0, NSDF_FORMAT_MINOR = 2 };
 
 enum {
     NSDF_PREAMBLE_SIZE = 16,     /* signature, version, CRC */
@@ -22,6 +22,10 @@ enum {
     NSDF_MIN_KNOTS = 4,
     NSDF_MAX_KNOTS = 65535,
     NSDF_MAX_RANK = 256,
+    NSDF_MAX_BLOCKS = 1 << 16,
+    NSDF_MAX_BONES = 1024,
+    NSDF_MAX_INFLUENCES = 8, /* bones that move one block */
+    NSDF_MAX_DEGREE = 3,
     NSDF_MAX_QUANTISED = 1 << 24, /* |q| stays below this, so that q is exact in a float */
     NSDF_MAX_RESOLUTION = 4096
 };
@@ -64,7 +68,7 @@ typedef struct nsdf_quality_record { /* QUAL chunk; fractions of the diagonal; [
 
 /* ---- Model ---------------------------------------------------------------------------------------------- */
 
-enum { NSDF_PART_NETWORK = 1, NSDF_PART_BLOCKS = 2 /* reserved */ };
+enum { NSDF_PART_NETWORK = 1, NSDF_PART_BLOCKS = 2 };
 
 typedef enum nsdf_input_kind { NSDF_INPUT_XYZ = 0, NSDF_INPUT_XYZT = 1, NSDF_INPUT_FOURIER = 2 } nsdf_input_kind;
 typedef enum nsdf_activation {
@@ -86,7 +90,11 @@ typedef enum nsdf_entropy_kind {
 } nsdf_entropy_kind;
 enum { NSDF_ENTROPY_COUNT = 4 };
 typedef enum nsdf_quantiser_kind { NSDF_QUANT_RAW = 0 /* float32 */, NSDF_QUANT_UNIFORM = 1 } nsdf_quantiser_kind;
-enum { NSDF_PREDICT_NONE = 0, NSDF_PREDICT_PLANE = 1 /* from the same element of the plane before */ };
+enum {
+    NSDF_PREDICT_NONE = 0,
+    NSDF_PREDICT_PLANE = 1, /* from the same element of the plane before */
+    NSDF_PREDICT_LINEAR = 2 /* from the line through the two planes before */
+};
 enum { NSDF_FOURIER_SEED = 0, NSDF_FOURIER_STORED = 1 };
 
 /* `planes` matrices [rows][cols] of one kind, quantised alike: w = offset + step * q. */
@@ -117,12 +125,18 @@ typedef struct nsdf_layer_desc {
     float omega;        /* sine only */
 } nsdf_layer_desc;
 
-/* Tensors in the order of the file: B if stored, then W_0, b_0, W_1, b_1, ... */
+/* The parameters of a part: tensors in the order of the file, coded together. */
 enum { NSDF_MAX_TENSORS = 2 * NSDF_MAX_LAYERS + 1 };
+typedef struct nsdf_tensor_list {
+    uint8_t entropy; /* nsdf_entropy_kind of the coded parameters */
+    uint32_t count;
+    nsdf_tensor_desc tensors[NSDF_MAX_TENSORS];
+} nsdf_tensor_list;
+
+/* Tensors: B if stored, then W_0, b_0, W_1, b_1, ... */
 typedef struct nsdf_network_desc {
     uint8_t input;          /* nsdf_input_kind */
     uint8_t fourier_source; /* NSDF_FOURIER_... */
-    uint8_t entropy;        /* nsdf_entropy_kind of the coded parameters */
     uint32_t fourier_count; /* rows of B [count][4]; features are cos(2 pi B v), then sin(2 pi B v) (thesis 5.14) */
     uint64_t fourier_seed;
     float fourier_sigma;
@@ -130,9 +144,31 @@ typedef struct nsdf_network_desc {
     float value_scale, value_offset; /* signed distance / scale = value_scale * output + value_offset (thesis 5.10) */
     uint32_t layer_count;            /* >= 1; the last has width 1 */
     nsdf_layer_desc layers[NSDF_MAX_LAYERS];
-    uint32_t tensor_count;
-    nsdf_tensor_desc tensors[NSDF_MAX_TENSORS];
+    nsdf_tensor_list list;
 } nsdf_network_desc;
+
+/* Tensors of a block part (spec, section "Block part"), K blocks and B bones; coefficients of degree d follow. */
+enum {
+    NSDF_BLOCK_CENTRES,     /* [K][3]: at rest */
+    NSDF_BLOCK_RADII,       /* [K][1]: > 0 */
+    NSDF_BLOCK_LIVES,       /* [K][2]: from and to, u in [0, 1] */
+    NSDF_BLOCK_BONES,       /* [K][influences]: numbers of bones */
+    NSDF_BLOCK_WEIGHTS,     /* [K][influences] */
+    NSDF_BLOCK_ANCHORS,     /* [B][4]: a bone's centre at rest and its extent > 0 */
+    NSDF_BLOCK_POSES,       /* [B][12], in time: rows of [extent * M | position of the centre] */
+    NSDF_BLOCK_COEFFICIENTS /* [K][(d + 1)(d + 2) / 2] for each d from 0 to the degree */
+};
+
+typedef struct nsdf_blocks_desc {
+    uint32_t block_count, bone_count, influences, degree;
+    float fade; /* u over which a block comes and goes */
+    nsdf_tensor_list list;
+} nsdf_blocks_desc;
+
+/* Monomials of exactly this degree in three variables. */
+static inline uint32_t nsdf_degree_terms(uint32_t degree) {
+    return (degree + 1) * (degree + 2) / 2;
+}
 
 static inline uint64_t nsdf_array_size(const nsdf_array_desc *a) {
     return (uint64_t)a->planes * a->rows * a->cols;
@@ -167,9 +203,9 @@ static inline void nsdf_tensor_layout(nsdf_tensor_desc *t) {
 
 /* Parameters of all tensors together, the length of the float vector that readers fill and writers take: arrays in
  * the order of the file, each [planes][rows][cols]. */
-static inline uint64_t nsdf_parameter_count(const nsdf_network_desc *d) {
+static inline uint64_t nsdf_parameter_count(const nsdf_tensor_list *d) {
     uint64_t n = 0;
-    for (uint32_t i = 0; i < d->tensor_count; i++)
+    for (uint32_t i = 0; i < d->count; i++)
         for (uint32_t k = 0; k < d->tensors[i].array_count; k++)
             n += nsdf_array_size(&d->tensors[i].arrays[k]);
     return n;

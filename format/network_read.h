@@ -23,7 +23,7 @@ nsdf_parse nsdf_read_network_desc(const uint8_t *part, size_t size, nsdf_network
                                   nsdf_fault *fault);
 
 /* Bytes of scratch memory (aligned as for int32_t) that nsdf_read_parameters needs. */
-size_t nsdf_parameter_scratch_size(const nsdf_network_desc *desc);
+size_t nsdf_parameter_scratch_size(const nsdf_tensor_list *list);
 
 /* Memory hooks for back ends that allocate (deflate, zstd); NULL functions stand for malloc and free. */
 typedef struct nsdf_codec_memory {
@@ -32,9 +32,9 @@ typedef struct nsdf_codec_memory {
     void (*release)(void *user, void *pointer);
 } nsdf_codec_memory;
 
-/* Decodes and dequantises all parameters into values[nsdf_parameter_count(desc)] (arrays in the order of the file).
+/* Decodes and dequantises all parameters into values[nsdf_parameter_count(list)] (arrays in the order of the file).
  * Bit-exact on every machine.  All of the coded bytes must be used, no fewer, no more. */
-nsdf_parse nsdf_read_parameters(const uint8_t *part, size_t size, size_t coded_offset, const nsdf_network_desc *desc,
+nsdf_parse nsdf_read_parameters(const uint8_t *part, size_t size, size_t coded_offset, const nsdf_tensor_list *list,
                                 void *scratch, const nsdf_codec_memory *memory, float *values, nsdf_fault *fault);
 
 /* Whether this build reads the back end. */

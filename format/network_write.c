@@ -11,10 +11,14 @@ void nsdf_write_segment_start(nsdf_buffer *payload, uint32_t part_count) {
     nsdf_buffer_u32(payload, part_count);
 }
 
-static void predict_planes(const nsdf_array_desc *a, const int32_t *q, int32_t *residuals) {
+static void predict(const nsdf_array_desc *a, int how, const int32_t *q, int32_t *residuals) {
     size_t plane = (size_t)a->rows * a->cols, count = plane * a->planes;
-    for (size_t i = 0; i < count; i++)
-        residuals[i] = i < plane ? q[i] : q[i] - q[i - plane];
+    for (size_t i = 0; i < count; i++) {
+        int32_t expected = how == NSDF_PREDICT_NONE || i < plane ? 0 : q[i - plane];
+        if (how == NSDF_PREDICT_LINEAR && i >= 2 * plane)
+            expected = 2 * q[i - plane] - q[i - 2 * plane];
+        residuals[i] = q[i] - expected;
+    }
 }
 
 typedef struct residual_cost {
@@ -47,26 +51,32 @@ static int choose_prediction(nsdf_array_desc *a, int packed, const int32_t *q, i
     for (size_t i = 0; i < count; i++)
         if (q[i] <= -NSDF_MAX_QUANTISED || q[i] >= NSDF_MAX_QUANTISED)
             return -1;
-    predict_planes(a, q, spare);
-    residual_cost plain = estimate(q, count, packed), predicted = estimate(spare, count, packed);
-    int by_plane = predicted.bits <= 24 && (plain.bits > 24 || predicted.size < plain.size);
-    residual_cost chosen = by_plane ? predicted : plain;
-    memcpy(residuals, by_plane ? spare : q, count * sizeof *residuals);
-    a->predict = by_plane ? NSDF_PREDICT_PLANE : NSDF_PREDICT_NONE;
-    a->residual_min = chosen.min;
-    a->bits = (uint8_t)chosen.bits;
-    return chosen.bits <= 24 ? 0 : -1;
+    memcpy(residuals, q, count * sizeof *residuals);
+    residual_cost best = estimate(q, count, packed);
+    a->predict = NSDF_PREDICT_NONE;
+    for (int how = NSDF_PREDICT_PLANE; how <= NSDF_PREDICT_LINEAR && a->planes > 1; how++) {
+        predict(a, how, q, spare);
+        residual_cost cost = estimate(spare, count, packed);
+        if (cost.bits > 24 || (best.bits <= 24 && cost.size >= best.size))
+            continue;
+        best = cost;
+        a->predict = (uint8_t)how;
+        memcpy(residuals, spare, count * sizeof *residuals);
+    }
+    a->residual_min = best.min;
+    a->bits = (uint8_t)best.bits;
+    return best.bits <= 24 ? 0 : -1;
 }
 
-static int choose_predictions(nsdf_network_desc *desc, const int32_t *q, int32_t *residuals, int32_t *spare) {
-    for (uint32_t t = 0; t < desc->tensor_count; t++)
-        for (uint32_t k = 0; k < desc->tensors[t].array_count; k++) {
-            nsdf_array_desc *a = &desc->tensors[t].arrays[k];
+static int choose_predictions(nsdf_tensor_list *list, const int32_t *q, int32_t *residuals, int32_t *spare) {
+    for (uint32_t t = 0; t < list->count; t++)
+        for (uint32_t k = 0; k < list->tensors[t].array_count; k++) {
+            nsdf_array_desc *a = &list->tensors[t].arrays[k];
             size_t count = (size_t)nsdf_array_size(a);
             if (a->quantiser == NSDF_QUANT_RAW) {
                 a->predict = a->bits = 0;
                 a->residual_min = 0;
-            } else if (choose_prediction(a, desc->entropy == NSDF_ENTROPY_NONE, q, residuals, spare)) {
+            } else if (choose_prediction(a, list->entropy == NSDF_ENTROPY_NONE, q, residuals, spare)) {
                 return -1;
             }
             q += count;
@@ -85,7 +95,7 @@ static void write_array_desc(nsdf_buffer *b, const nsdf_array_desc *a) {
     nsdf_buffer_f32(b, a->offset);
 }
 
-static void write_tensor_desc(nsdf_buffer *b, const nsdf_tensor_desc *t) {
+void nsdf_write_tensor_desc(nsdf_buffer *b, const nsdf_tensor_desc *t) {
     nsdf_buffer_u8(b, t->kind);
     if (t->kind != NSDF_TENSOR_CONSTANT)
         nsdf_buffer_u16(b, (uint16_t)t->knots);
@@ -99,7 +109,7 @@ static void write_desc(nsdf_buffer *b, const nsdf_network_desc *d) {
     int fourier = d->input == NSDF_INPUT_FOURIER;
     nsdf_buffer_u8(b, d->input);
     nsdf_buffer_u8(b, fourier ? d->fourier_source : 0);
-    nsdf_buffer_u8(b, d->entropy);
+    nsdf_buffer_u8(b, d->list.entropy);
     nsdf_buffer_u8(b, (uint8_t)d->layer_count);
     nsdf_buffer_u16(b, (uint16_t)(fourier ? d->fourier_count : 0));
     if (fourier && d->fourier_source == NSDF_FOURIER_SEED) {
@@ -115,12 +125,12 @@ static void write_desc(nsdf_buffer *b, const nsdf_network_desc *d) {
         if (d->layers[i].activation == NSDF_ACT_SINE)
             nsdf_buffer_f32(b, d->layers[i].omega);
     }
-    for (uint32_t t = 0; t < d->tensor_count; t++)
-        write_tensor_desc(b, &d->tensors[t]);
+    for (uint32_t t = 0; t < d->list.count; t++)
+        nsdf_write_tensor_desc(b, &d->list.tensors[t]);
 }
 
-static void write_raw_arrays(nsdf_buffer *b, const nsdf_network_desc *d, const int32_t *q) {
-    for (uint32_t t = 0; t < d->tensor_count; t++)
+static void write_raw_arrays(nsdf_buffer *b, const nsdf_tensor_list *d, const int32_t *q) {
+    for (uint32_t t = 0; t < d->count; t++)
         for (uint32_t k = 0; k < d->tensors[t].array_count; k++) {
             const nsdf_array_desc *a = &d->tensors[t].arrays[k];
             for (size_t i = 0; i < (size_t)nsdf_array_size(a) && a->quantiser == NSDF_QUANT_RAW; i++)
@@ -130,25 +140,27 @@ static void write_raw_arrays(nsdf_buffer *b, const nsdf_network_desc *d, const i
 }
 
 /* What this appends is what a reader must accept: the description is read back to be sure. */
-static int write_checked_desc(nsdf_buffer *b, const nsdf_network_desc *desc) {
+static int write_checked_desc(nsdf_buffer *b, const void *network) {
+    const nsdf_network_desc *desc = network;
     write_desc(b, desc);
     nsdf_network_desc *back = b->failed ? NULL : malloc(sizeof *back);
     if (!back)
         return -1;
     size_t end = 0;
     nsdf_parse status = nsdf_read_network_desc(b->data, b->size, back, &end, NULL);
-    int same = status == NSDF_PARSE_OK && end == b->size && nsdf_parameter_count(back) == nsdf_parameter_count(desc);
+    int same = status == NSDF_PARSE_OK && end == b->size &&
+               nsdf_parameter_count(&back->list) == nsdf_parameter_count(&desc->list);
     free(back);
     return same ? 0 : -1;
 }
 
-static int write_part_bytes(nsdf_buffer *part, nsdf_network_desc *desc, const int32_t *q, int32_t *residuals,
-                            int32_t *spare) {
-    if (choose_predictions(desc, q, residuals, spare) || write_checked_desc(part, desc))
+static int write_part_bytes(nsdf_buffer *part, nsdf_tensor_list *list, nsdf_write_desc_fn write, const void *desc,
+                            const int32_t *q, int32_t *residuals, int32_t *spare) {
+    if (choose_predictions(list, q, residuals, spare) || write(part, desc))
         return -1;
     nsdf_buffer raw = {0}, coded = {0};
-    write_raw_arrays(&raw, desc, q);
-    int failed = nsdf_write_residuals(&coded, desc, residuals);
+    write_raw_arrays(&raw, list, q);
+    int failed = nsdf_write_residuals(&coded, list, residuals);
     nsdf_buffer_u32(part, (uint32_t)raw.size);
     nsdf_buffer_append(part, raw.data, raw.size);
     nsdf_buffer_u32(part, (uint32_t)coded.size);
@@ -159,16 +171,17 @@ static int write_part_bytes(nsdf_buffer *part, nsdf_network_desc *desc, const in
     return failed ? -1 : 0;
 }
 
-int nsdf_write_network_part(nsdf_buffer *payload, nsdf_network_desc *desc, const int32_t *q) {
-    uint64_t count = nsdf_parameter_count(desc);
+int nsdf_write_part(nsdf_buffer *payload, uint16_t kind, nsdf_tensor_list *list, nsdf_write_desc_fn write,
+                    const void *desc, const int32_t *q) {
+    uint64_t count = nsdf_parameter_count(list);
     if (count == 0 || count > NSDF_MAX_PARAMETERS)
         return -1;
     nsdf_buffer part = {0};
     int32_t *residuals = malloc((size_t)count * sizeof *residuals);
     int32_t *spare = malloc((size_t)count * sizeof *spare);
-    int failed = !residuals || !spare || write_part_bytes(&part, desc, q, residuals, spare);
+    int failed = !residuals || !spare || write_part_bytes(&part, list, write, desc, q, residuals, spare);
     if (!failed) {
-        nsdf_buffer_u16(payload, NSDF_PART_NETWORK);
+        nsdf_buffer_u16(payload, kind);
         nsdf_buffer_u16(payload, 0);
         nsdf_buffer_u64(payload, part.size);
         nsdf_buffer_append(payload, part.data, part.size);
@@ -177,4 +190,8 @@ int nsdf_write_network_part(nsdf_buffer *payload, nsdf_network_desc *desc, const
     free(spare);
     nsdf_buffer_free(&part);
     return failed || payload->failed ? -1 : 0;
+}
+
+int nsdf_write_network_part(nsdf_buffer *payload, nsdf_network_desc *desc, const int32_t *q) {
+    return nsdf_write_part(payload, NSDF_PART_NETWORK, &desc->list, write_checked_desc, desc, q);
 }

@@ -7,11 +7,11 @@
 /* Sums must be rounded to double, as everywhere else (spec, section "Quantisation"). */
 _Static_assert(FLT_EVAL_METHOD == 0 || FLT_EVAL_METHOD == 1, "needs arithmetic without excess precision in double");
 
-static uint64_t largest_uniform_array(const nsdf_network_desc *desc) {
+static uint64_t largest_uniform_array(const nsdf_tensor_list *list) {
     uint64_t largest = 0;
-    for (uint32_t t = 0; t < desc->tensor_count; t++)
-        for (uint32_t k = 0; k < desc->tensors[t].array_count; k++) {
-            const nsdf_array_desc *a = &desc->tensors[t].arrays[k];
+    for (uint32_t t = 0; t < list->count; t++)
+        for (uint32_t k = 0; k < list->tensors[t].array_count; k++) {
+            const nsdf_array_desc *a = &list->tensors[t].arrays[k];
             uint64_t n = a->quantiser == NSDF_QUANT_UNIFORM ? nsdf_array_size(a) : 0;
             largest = n > largest ? n : largest;
         }
@@ -19,19 +19,25 @@ static uint64_t largest_uniform_array(const nsdf_network_desc *desc) {
 }
 
 /* Residuals of one array, and behind them the byte planes of all. */
-size_t nsdf_parameter_scratch_size(const nsdf_network_desc *desc) {
-    int planes = desc->entropy == NSDF_ENTROPY_DEFLATE || desc->entropy == NSDF_ENTROPY_ZSTD;
-    uint64_t size = largest_uniform_array(desc) * sizeof(int32_t) + (planes ? nsdf_all_plane_bytes(desc) : 0);
+size_t nsdf_parameter_scratch_size(const nsdf_tensor_list *list) {
+    int planes = list->entropy == NSDF_ENTROPY_DEFLATE || list->entropy == NSDF_ENTROPY_ZSTD;
+    uint64_t size = largest_uniform_array(list) * sizeof(int32_t) + (planes ? nsdf_all_plane_bytes(list) : 0);
     return (size_t)size;
+}
+
+/* What prediction expects at element i, at least one plane in. */
+static int32_t predicted(const nsdf_array_desc *a, const int32_t *q, size_t i, size_t plane) {
+    if (a->predict == NSDF_PREDICT_LINEAR && i >= 2 * plane)
+        return 2 * q[i - plane] - q[i - 2 * plane];
+    return q[i - plane];
 }
 
 /* Residuals to quantised values, in place.  No sum can overflow: |q| < 2^24 is kept and |r| < 2^26. */
 static int undo_prediction(const nsdf_array_desc *a, int32_t *q) {
     size_t plane = (size_t)a->rows * a->cols, count = plane * a->planes;
-    int predicted = a->predict == NSDF_PREDICT_PLANE;
     for (size_t i = 0; i < count; i++) {
-        if (predicted && i >= plane)
-            q[i] += q[i - plane];
+        if (a->predict != NSDF_PREDICT_NONE && i >= plane)
+            q[i] += predicted(a, q, i, plane);
         if (q[i] <= -NSDF_MAX_QUANTISED || q[i] >= NSDF_MAX_QUANTISED)
             return 0;
     }
@@ -77,23 +83,23 @@ static void read_raw(nsdf_cursor *c, const nsdf_array_desc *a, float *values) {
     }
 }
 
-static uint64_t raw_bytes(const nsdf_network_desc *desc) {
+static uint64_t raw_bytes(const nsdf_tensor_list *list) {
     uint64_t count = 0;
-    for (uint32_t t = 0; t < desc->tensor_count; t++)
-        for (uint32_t k = 0; k < desc->tensors[t].array_count; k++) {
-            const nsdf_array_desc *a = &desc->tensors[t].arrays[k];
+    for (uint32_t t = 0; t < list->count; t++)
+        for (uint32_t k = 0; k < list->tensors[t].array_count; k++) {
+            const nsdf_array_desc *a = &list->tensors[t].arrays[k];
             count += a->quantiser == NSDF_QUANT_RAW ? nsdf_array_size(a) : 0;
         }
     return count * 4;
 }
 
 /* The raw arrays, then the length of the coded stream, which must fill the rest. */
-static void read_raw_arrays(nsdf_cursor *c, const nsdf_network_desc *desc, float *values) {
+static void read_raw_arrays(nsdf_cursor *c, const nsdf_tensor_list *list, float *values) {
     uint64_t size = nsdf_take_u32(c);
-    nsdf_cursor_expect(c, size == raw_bytes(desc), c->at - 4, "bytes of raw parameters not as the shapes give");
-    for (uint32_t t = 0; t < desc->tensor_count; t++)
-        for (uint32_t k = 0; k < desc->tensors[t].array_count && c->status == NSDF_PARSE_OK; k++) {
-            const nsdf_array_desc *a = &desc->tensors[t].arrays[k];
+    nsdf_cursor_expect(c, size == raw_bytes(list), c->at - 4, "bytes of raw parameters not as the shapes give");
+    for (uint32_t t = 0; t < list->count; t++)
+        for (uint32_t k = 0; k < list->tensors[t].array_count && c->status == NSDF_PARSE_OK; k++) {
+            const nsdf_array_desc *a = &list->tensors[t].arrays[k];
             if (a->quantiser == NSDF_QUANT_RAW)
                 read_raw(c, a, values);
             values += nsdf_array_size(a);
@@ -105,11 +111,11 @@ static void read_raw_arrays(nsdf_cursor *c, const nsdf_network_desc *desc, float
     nsdf_cursor_expect(c, coded == c->size - c->at, at, "bytes behind the coded stream of a part");
 }
 
-static nsdf_parse read_uniform_arrays(nsdf_residual_reader *reader, const nsdf_network_desc *desc, int32_t *scratch,
+static nsdf_parse read_uniform_arrays(nsdf_residual_reader *reader, const nsdf_tensor_list *list, int32_t *scratch,
                                       float *values, const char **what) {
-    for (uint32_t t = 0; t < desc->tensor_count; t++)
-        for (uint32_t k = 0; k < desc->tensors[t].array_count; k++) {
-            const nsdf_array_desc *a = &desc->tensors[t].arrays[k];
+    for (uint32_t t = 0; t < list->count; t++)
+        for (uint32_t k = 0; k < list->tensors[t].array_count; k++) {
+            const nsdf_array_desc *a = &list->tensors[t].arrays[k];
             nsdf_parse status = NSDF_PARSE_OK;
             if (a->quantiser == NSDF_QUANT_UNIFORM)
                 status = read_uniform(reader, a, scratch, values, what);
@@ -120,20 +126,20 @@ static nsdf_parse read_uniform_arrays(nsdf_residual_reader *reader, const nsdf_n
     return nsdf_residuals_close(reader, what);
 }
 
-nsdf_parse nsdf_read_parameters(const uint8_t *part, size_t size, size_t coded_offset, const nsdf_network_desc *desc,
+nsdf_parse nsdf_read_parameters(const uint8_t *part, size_t size, size_t coded_offset, const nsdf_tensor_list *list,
                                 void *scratch, const nsdf_codec_memory *memory, float *values, nsdf_fault *fault) {
     nsdf_cursor c = nsdf_cursor_start(part, size, coded_offset);
-    read_raw_arrays(&c, desc, values);
+    read_raw_arrays(&c, list, values);
     if (c.status != NSDF_PARSE_OK)
         return nsdf_cursor_finish(&c, fault);
     nsdf_residual_reader reader;
     const char *what = "";
     int32_t *residuals = scratch;
     /* Without residuals and planes there is no scratch memory. */
-    uint8_t *planes = residuals ? (uint8_t *)(residuals + largest_uniform_array(desc)) : NULL;
-    nsdf_parse status = nsdf_residuals_open(&reader, desc, part + c.at, size - c.at, planes, memory, &what);
+    uint8_t *planes = residuals ? (uint8_t *)(residuals + largest_uniform_array(list)) : NULL;
+    nsdf_parse status = nsdf_residuals_open(&reader, list, part + c.at, size - c.at, planes, memory, &what);
     if (status == NSDF_PARSE_OK)
-        status = read_uniform_arrays(&reader, desc, residuals, values, &what);
+        status = read_uniform_arrays(&reader, list, residuals, values, &what);
     if (status != NSDF_PARSE_OK)
         nsdf_cursor_fail(&c, status, c.at, what);
     return nsdf_cursor_finish(&c, fault);

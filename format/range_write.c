@@ -94,12 +94,12 @@ static void encode_array(range_encoder *e, const nsdf_array_desc *a, const int32
     }
 }
 
-void nsdf_range_write(nsdf_buffer *out, const nsdf_network_desc *desc, const int32_t *residuals) {
+void nsdf_range_write(nsdf_buffer *out, const nsdf_tensor_list *list, const int32_t *residuals) {
     range_encoder e = {.out = out, .start = out->size, .low = 0, .range = UINT32_MAX};
     nsdf_rates_fill(e.rates);
-    for (uint32_t t = 0; t < desc->tensor_count; t++)
-        for (uint32_t k = 0; k < desc->tensors[t].array_count; k++) {
-            const nsdf_array_desc *a = &desc->tensors[t].arrays[k];
+    for (uint32_t t = 0; t < list->count; t++)
+        for (uint32_t k = 0; k < list->tensors[t].array_count; k++) {
+            const nsdf_array_desc *a = &list->tensors[t].arrays[k];
             if (a->quantiser == NSDF_QUANT_UNIFORM && a->bits > 0)
                 encode_array(&e, a, residuals);
             residuals += nsdf_array_size(a);

@@ -40,7 +40,7 @@ say "3. A moving surface to compress: a figure that walks, $frames frames at $fp
 rm -rf "$out/input" "$out/decoded"
 "$bin/nsdf-sample" walker --frames "$frames" --fps "$fps" --resolution 96 -o "$out/input"
 
-say "4. Compress it: nsdf-enc fits a small neural network to all frames (two or three minutes)"
+say "4. Compress it: nsdf-enc fits blocks that move with the surface to all frames (half a minute)"
 "$bin/nsdf-enc" --preset fast --fps "$fps" --report "$out/report.json" -o "$out/walker.nsdf" "$out/input"
 
 say "5. Play it back at $((2 * fps)) frames per second: every second frame was never in the input"

@@ -84,7 +84,7 @@ static inline void make_network(nsdf_network_desc *desc, int shape, uint32_t lay
     const int fourier = shape == MAKE_FOURIER_SEED || shape == MAKE_FOURIER_STORED;
     memset(desc, 0, sizeof *desc);
     desc->input = shape == MAKE_TIME ? NSDF_INPUT_XYZT : fourier ? NSDF_INPUT_FOURIER : NSDF_INPUT_XYZ;
-    desc->entropy = (uint8_t)entropy;
+    desc->list.entropy = (uint8_t)entropy;
     desc->time_scale = 0.75f;
     desc->value_scale = 0.125f;
     desc->value_offset = 0.0625f;
@@ -95,31 +95,31 @@ static inline void make_network(nsdf_network_desc *desc, int shape, uint32_t lay
         desc->fourier_sigma = shape == MAKE_FOURIER_SEED ? 0.5f : 0.0f;
     }
     desc->layer_count = layers;
-    desc->tensor_count = nsdf_weight_index(desc, layers);
+    desc->list.count = nsdf_weight_index(desc, layers);
     if (shape == MAKE_FOURIER_STORED)
-        make_tensor(&desc->tensors[0], NSDF_TENSOR_CONSTANT, desc->fourier_count, 4);
+        make_tensor(&desc->list.tensors[0], NSDF_TENSOR_CONSTANT, desc->fourier_count, 4);
     uint32_t inputs = nsdf_input_width(desc);
     for (uint32_t l = 0; l < layers; l++) {
         const int last = l + 1 == layers;
         const uint32_t outputs = last ? 1 : width, at = nsdf_weight_index(desc, l);
         const int moves = shape != MAKE_TIME && shape != MAKE_FOURIER_SEED;
         make_layer(shape, &desc->layers[l], outputs, last);
-        make_tensor(&desc->tensors[at], make_weight_kind(shape, l), outputs, inputs);
-        make_tensor(&desc->tensors[at + 1], moves ? NSDF_TENSOR_SPLINE : NSDF_TENSOR_CONSTANT, outputs, 1);
+        make_tensor(&desc->list.tensors[at], make_weight_kind(shape, l), outputs, inputs);
+        make_tensor(&desc->list.tensors[at + 1], moves ? NSDF_TENSOR_SPLINE : NSDF_TENSOR_CONSTANT, outputs, 1);
         inputs = outputs;
     }
 }
 
 /* Random parameters, uniform in +-2 / sqrt(inputs): *q for the writer, *values as a decoder sees them. */
 static inline void make_parameters(const nsdf_network_desc *desc, uint64_t *random, int32_t **q, float **values) {
-    const size_t count = (size_t)nsdf_parameter_count(desc);
+    const size_t count = (size_t)nsdf_parameter_count(&desc->list);
     int32_t *out = *q = malloc(count * sizeof **q);
     float *value = *values = malloc(count * sizeof **values);
     assert(out && value);
-    for (uint32_t t = 0; t < desc->tensor_count; t++) {
-        const double range = 2.0 / sqrt((double)desc->tensors[t].cols);
-        for (uint32_t a = 0; a < desc->tensors[t].array_count; a++) {
-            const nsdf_array_desc *array = &desc->tensors[t].arrays[a];
+    for (uint32_t t = 0; t < desc->list.count; t++) {
+        const double range = 2.0 / sqrt((double)desc->list.tensors[t].cols);
+        for (uint32_t a = 0; a < desc->list.tensors[t].array_count; a++) {
+            const nsdf_array_desc *array = &desc->list.tensors[t].arrays[a];
             for (uint64_t i = 0; i < nsdf_array_size(array); i++, out++, value++) {
                 *value = (float)(range * make_uniform(random));
                 if (array->quantiser == NSDF_QUANT_RAW) {
@@ -162,7 +162,7 @@ static inline void make_segment_of(made_file *file, uint32_t index, uint64_t *ra
     assert(!failed);
     (void)failed;
     file->entries[index].parameter_hash =
-        nsdf_hash_floats(NSDF_HASH_START, file->values[index], (size_t)nsdf_parameter_count(&file->desc[index]));
+        nsdf_hash_floats(NSDF_HASH_START, file->values[index], (size_t)nsdf_parameter_count(&file->desc[index].list));
     file->entries[index].first_frame = 4 * index;
     file->entries[index].last_frame = 4 * index + 4;
     free(q);
@@ -255,8 +255,8 @@ static inline double reference_element(const nsdf_tensor_desc *tensor, const flo
 
 static inline const float *reference_values(const nsdf_network_desc *desc, const float *values, uint32_t tensor) {
     for (uint32_t t = 0; t < tensor; t++)
-        for (uint32_t a = 0; a < desc->tensors[t].array_count; a++)
-            values += nsdf_array_size(&desc->tensors[t].arrays[a]);
+        for (uint32_t a = 0; a < desc->list.tensors[t].array_count; a++)
+            values += nsdf_array_size(&desc->list.tensors[t].arrays[a]);
     return values;
 }
 
@@ -303,9 +303,9 @@ static inline double reference_value(const nsdf_network_desc *desc, const float 
         const uint32_t at = nsdf_weight_index(desc, l);
         const float *weights = reference_values(desc, values, at), *biases = reference_values(desc, values, at + 1);
         for (uint32_t o = 0; o < desc->layers[l].width; o++) {
-            double z = reference_element(&desc->tensors[at + 1], biases, o, u);
+            double z = reference_element(&desc->list.tensors[at + 1], biases, o, u);
             for (uint32_t i = 0; i < inputs; i++)
-                z += in[i] * reference_element(&desc->tensors[at], weights, (size_t)o * inputs + i, u);
+                z += in[i] * reference_element(&desc->list.tensors[at], weights, (size_t)o * inputs + i, u);
             out[o] = reference_activation(&desc->layers[l], z);
         }
         inputs = desc->layers[l].width;

@@ -41,6 +41,12 @@ static const char help_text[] =
     "      --knot-spacing F     frames per spline knot;  --rank N  rank of low-rank tensors\n"
     "      --omega F            frequency of the first sine layer;  --omega-hidden F  of the others\n"
     "      --fourier-features N rows of B;  --fourier-sigma F  their deviation;  --fourier-trained  fit and store B\n"
+    "Moving blocks, the default instead of the network; options of the network choose that:\n"
+    "      --blocks K           how many; 0 = the network\n"
+    "      --block-overlap F    how many hold a point of the surface; or --block-radius F, fraction of the diagonal\n"
+    "      --bones N            that move them;  --block-knot-spacing F  frames per control point of their motion\n"
+    "      --block-degree D     of the blocks' polynomials, 0 to 3\n"
+    "      --pose-step F        quantiser step of the motion;  --coefficient-step F  of the polynomials\n"
     "Data (thesis 5.1, 5.2):\n"
     "      --sampling KIND      near (surface points displaced by normal noise) or rejection;  --d-half F  d_0.5\n"
     "      --samples N          samples per frame (0 = from the number of frames)\n"
@@ -85,6 +91,14 @@ enum {
     OPT_FOURIER_FEATURES,
     OPT_FOURIER_SIGMA,
     OPT_FOURIER_TRAINED,
+    OPT_BLOCKS,
+    OPT_BLOCK_OVERLAP,
+    OPT_BLOCK_RADIUS,
+    OPT_BONES,
+    OPT_BLOCK_KNOT_SPACING,
+    OPT_BLOCK_DEGREE,
+    OPT_POSE_STEP,
+    OPT_COEFFICIENT_STEP,
     OPT_SAMPLING,
     OPT_D_HALF,
     OPT_SAMPLES,
@@ -134,6 +148,14 @@ static const struct option long_options[] = {
     {"fourier-features", required_argument, NULL, OPT_FOURIER_FEATURES},
     {"fourier-sigma", required_argument, NULL, OPT_FOURIER_SIGMA},
     {"fourier-trained", no_argument, NULL, OPT_FOURIER_TRAINED},
+    {"blocks", required_argument, NULL, OPT_BLOCKS},
+    {"block-overlap", required_argument, NULL, OPT_BLOCK_OVERLAP},
+    {"block-radius", required_argument, NULL, OPT_BLOCK_RADIUS},
+    {"bones", required_argument, NULL, OPT_BONES},
+    {"block-knot-spacing", required_argument, NULL, OPT_BLOCK_KNOT_SPACING},
+    {"block-degree", required_argument, NULL, OPT_BLOCK_DEGREE},
+    {"pose-step", required_argument, NULL, OPT_POSE_STEP},
+    {"coefficient-step", required_argument, NULL, OPT_COEFFICIENT_STEP},
     {"sampling", required_argument, NULL, OPT_SAMPLING},
     {"d-half", required_argument, NULL, OPT_D_HALF},
     {"samples", required_argument, NULL, OPT_SAMPLES},
@@ -268,7 +290,12 @@ static int apply_general(enc_options *o, int code, const char *text) {
     }
 }
 
-static int apply_model(nsdf_encoder_options *e, int code, const char *text, int *weights_given) {
+/* Options that decide about others. */
+typedef struct {
+    int weights, network, blocks;
+} given;
+
+static int apply_model(nsdf_encoder_options *e, int code, const char *text, given *g) {
     int choice = 0, failed;
     switch (code) {
     case OPT_INPUT:
@@ -284,7 +311,7 @@ static int apply_model(nsdf_encoder_options *e, int code, const char *text, int 
     case OPT_WEIGHTS:
         failed = set_choice(code, text, "constant|spline|low-rank", &choice);
         e->weight_time = (nsdf_tensor_time)choice;
-        *weights_given = 1;
+        g->weights = 1;
         return failed;
     case OPT_LAYERS:
         return set_u32(code, text, &e->layers);
@@ -305,6 +332,29 @@ static int apply_model(nsdf_encoder_options *e, int code, const char *text, int 
     case OPT_FOURIER_TRAINED:
         e->fourier_trained = 1;
         return 0;
+    default:
+        return -1;
+    }
+}
+
+static int apply_blocks(nsdf_encoder_options *e, int code, const char *text) {
+    switch (code) {
+    case OPT_BLOCKS:
+        return set_u32(code, text, &e->blocks);
+    case OPT_BLOCK_OVERLAP:
+        return set_double(code, text, &e->block_overlap);
+    case OPT_BLOCK_RADIUS:
+        return set_double(code, text, &e->block_radius);
+    case OPT_BONES:
+        return set_u32(code, text, &e->bones);
+    case OPT_BLOCK_KNOT_SPACING:
+        return set_double(code, text, &e->block_knot_spacing);
+    case OPT_BLOCK_DEGREE:
+        return set_u32(code, text, &e->block_degree);
+    case OPT_POSE_STEP:
+        return set_double(code, text, &e->pose_step);
+    case OPT_COEFFICIENT_STEP:
+        return set_double(code, text, &e->coefficient_step);
     default:
         return -1;
     }
@@ -350,7 +400,10 @@ static int apply_fitting(nsdf_encoder_options *e, int code, const char *text) {
     case OPT_SLOPE:
         return set_double(code, text, &e->loss_slope);
     case OPT_STEPS:
-        return nsdf_cli_parse_u64(text, &e->steps) == 0 ? 0 : bad_value(code, text, "a whole number");
+        if (nsdf_cli_parse_u64(text, &e->steps) != 0)
+            return bad_value(code, text, "a whole number");
+        e->block_steps = e->steps;
+        return 0;
     case OPT_LEARNING_RATE:
         return set_double(code, text, &e->learning_rate);
     case OPT_BATCH_FRAMES:
@@ -373,10 +426,16 @@ static int apply_fitting(nsdf_encoder_options *e, int code, const char *text) {
     }
 }
 
-static int apply(enc_options *o, int code, const char *text, int *weights_given) {
-    int result = apply_general(o, code, text);
+static int apply(enc_options *o, int code, const char *text, given *g) {
+    const int general = apply_general(o, code, text);
+    int result = general;
     if (result < 0)
-        result = apply_model(&o->encoder, code, text, weights_given);
+        result = apply_model(&o->encoder, code, text, g);
+    g->network |= result >= 0 && general < 0;
+    g->network |= code == OPT_WEIGHT_BITS || code == OPT_QUANTISER;
+    g->blocks |= code == OPT_BLOCKS;
+    if (result < 0)
+        result = apply_blocks(&o->encoder, code, text);
     if (result < 0)
         result = apply_data(&o->encoder, code, text);
     if (result < 0)
@@ -387,7 +446,7 @@ static int apply(enc_options *o, int code, const char *text, int *weights_given)
 /* ---- The whole line ------------------------------------------------------------------------------------- */
 
 /* One pass over the arguments; the first only looks for the preset, whose values the other options then change. */
-static int pass(enc_options *o, int argc, char **argv, int preset_only, int *weights_given) {
+static int pass(enc_options *o, int argc, char **argv, int preset_only, given *g) {
     optind = 1;
     opterr = 0;
     for (int code; (code = getopt_long(argc, argv, ":o:qvh", long_options, NULL)) != -1;) {
@@ -405,7 +464,7 @@ static int pass(enc_options *o, int argc, char **argv, int preset_only, int *wei
         if (preset_only)
             failed = code == OPT_PRESET ? set_preset(o, optarg) : 0;
         else
-            failed = apply(o, code, optarg, weights_given);
+            failed = apply(o, code, optarg, g);
         if (failed)
             return failed;
     }
@@ -446,18 +505,20 @@ static int check_outputs(const enc_options *options) {
 }
 
 int enc_options_parse(enc_options *options, int argc, char **argv) {
-    int weights_given = 0;
+    given g = {0, 0, 0};
     memset(options, 0, sizeof *options);
     options->preset = "medium";
     nsdf_encoder_options_init(&options->encoder, NSDF_PRESET_MEDIUM);
-    int done = pass(options, argc, argv, 1, &weights_given);
+    int done = pass(options, argc, argv, 1, &g);
     if (done < 0)
-        done = pass(options, argc, argv, 0, &weights_given);
+        done = pass(options, argc, argv, 0, &g);
     if (done >= 0)
         return done;
     options->inputs = (const char *const *)(argv + optind);
     options->input_count = (size_t)(argc - optind);
-    if (options->encoder.input != NSDF_MODEL_XYZ && !weights_given)
+    if (g.network && !g.blocks)
+        options->encoder.blocks = 0;
+    if (options->encoder.input != NSDF_MODEL_XYZ && !g.weights)
         options->encoder.weight_time = NSDF_TIME_CONSTANT; /* time is an input already */
     if (options->input_count == 0)
         return nsdf_cli_usage_error("no input: name a folder, a pattern or OBJ or PLY files");

@@ -1,9 +1,8 @@
-#include "nsdf_ref.h"
+#include "nsdf_ref_parts.h"
 
 #include <float.h>
 #include <math.h>
 #include <setjmp.h>
-#include <stdbool.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -15,19 +14,14 @@
 #endif
 
 /* The reading of one file. A fault anywhere jumps back to ref_open, which frees everything. */
-typedef struct context {
+typedef struct ref_context {
     jmp_buf fault;
     ref_status status;
     const char *message;
     ref_file *file;
 } context;
 
-/* A range of bytes and a place in it. */
-typedef struct reader {
-    context *ctx;
-    const uint8_t *data;
-    uint64_t size, at;
-} reader;
+typedef ref_reader reader;
 
 typedef struct block {
     struct block *next;
@@ -40,8 +34,7 @@ static _Noreturn void fail(context *ctx, ref_status status, const char *message)
     longjmp(ctx->fault, 1);
 }
 
-/* Ends the reading as corrupt unless what the text demands is so. */
-static void demand(const reader *r, bool is_so, const char *message) {
+void ref_demand(const ref_reader *r, bool is_so, const char *message) {
     if (!is_so)
         fail(r->ctx, REF_CORRUPT, message);
 }
@@ -77,8 +70,7 @@ static uint64_t take_u64(reader *r) {
     return value;
 }
 
-/* u8, u16 and u32, by their number of bytes. */
-static uint32_t take_uint(reader *r, uint32_t bytes) {
+uint32_t ref_take_uint(ref_reader *r, uint32_t bytes) {
     const uint8_t *from = take(r, bytes);
     uint32_t value = 0;
     for (uint32_t i = 0; i < bytes; i++)
@@ -87,14 +79,14 @@ static uint32_t take_uint(reader *r, uint32_t bytes) {
 }
 
 static int32_t take_i32(reader *r) {
-    const uint32_t bits = take_uint(r, 4);
+    const uint32_t bits = ref_take_uint(r, 4);
     int32_t value;
     memcpy(&value, &bits, sizeof value);
     return value;
 }
 
-static float take_f32(reader *r) {
-    const uint32_t bits = take_uint(r, 4);
+float ref_take_f32(ref_reader *r) {
+    const uint32_t bits = ref_take_uint(r, 4);
     float value;
     memcpy(&value, &bits, sizeof value);
     return value;
@@ -131,15 +123,15 @@ static void read_preamble(reader *r) {
     if (memcmp(r->data, signature, r->size < 9 ? (size_t)r->size : 9) != 0)
         fail(r->ctx, REF_NOT_NSDF, "the signature differs");
     take(r, 9);
-    const uint32_t major = take_uint(r, 1);
+    const uint32_t major = ref_take_uint(r, 1);
     if (major > 0)
         fail(r->ctx, REF_UNSUPPORTED_VERSION, "the major version is above 0");
-    const uint32_t minor = take_uint(r, 1);
+    const uint32_t minor = ref_take_uint(r, 1);
     take(r, 1);
-    if (take_uint(r, 4) != crc32_of(r->data, 12))
+    if (ref_take_uint(r, 4) != crc32_of(r->data, 12))
         fail(r->ctx, REF_CHECKSUM, "the CRC of the preamble differs");
-    if (minor != 1)
-        fail(r->ctx, REF_UNSUPPORTED_VERSION, "the minor version is not 1");
+    if (minor != 2)
+        fail(r->ctx, REF_UNSUPPORTED_VERSION, "the minor version is not 2");
 }
 
 /* Section 5. */
@@ -154,17 +146,17 @@ typedef struct chunk {
 static chunk read_chunk(reader *r) {
     chunk c = {.offset = r->at};
     memcpy(c.type, take(r, 4), 4);
-    c.critical = take_uint(r, 4) & 1;
+    c.critical = ref_take_uint(r, 4) & 1;
     const uint64_t length = take_u64(r);
-    demand(r, length < UINT64_C(1) << 63, "the length of a chunk is above 2^63 - 1");
+    ref_demand(r, length < UINT64_C(1) << 63, "the length of a chunk is above 2^63 - 1");
     c.payload = take_reader(r, length);
-    if (take_uint(r, 4) != crc32_of(r->data + c.offset, 16 + length))
+    if (ref_take_uint(r, 4) != crc32_of(r->data + c.offset, 16 + length))
         fail(r->ctx, REF_CHECKSUM, "the CRC of a chunk differs");
     c.size = r->at - c.offset;
     for (int i = 0; i < 4; i++) {
         const char a = c.type[i];
-        demand(r, (a >= '0' && a <= '9') || (a >= 'A' && a <= 'Z') || (a >= 'a' && a <= 'z'),
-               "the type of a chunk is not made of letters and digits");
+        ref_demand(r, (a >= '0' && a <= '9') || (a >= 'A' && a <= 'Z') || (a >= 'a' && a <= 'z'),
+                   "the type of a chunk is not made of letters and digits");
     }
     return c;
 }
@@ -180,58 +172,58 @@ static bool within(double value, double low, double high) {
 }
 
 static void read_head(reader *r, ref_file *f) {
-    f->rate_num = take_uint(r, 4);
-    f->rate_den = take_uint(r, 4);
-    f->frame_count = take_uint(r, 4);
-    f->segment_count = take_uint(r, 4);
-    demand(r, f->rate_num >= 1 && f->rate_den >= 1 && f->frame_count >= 1, "HEAD: the frame rate or count is 0");
-    demand(r, within(f->segment_count, 1, fmin(1 << 20, fmax(1, f->frame_count - 1.0))), "HEAD: bad segment_count");
+    f->rate_num = ref_take_uint(r, 4);
+    f->rate_den = ref_take_uint(r, 4);
+    f->frame_count = ref_take_uint(r, 4);
+    f->segment_count = ref_take_uint(r, 4);
+    ref_demand(r, f->rate_num >= 1 && f->rate_den >= 1 && f->frame_count >= 1, "HEAD: the frame rate or count is 0");
+    ref_demand(r, within(f->segment_count, 1, fmin(1 << 20, fmax(1, f->frame_count - 1.0))), "HEAD: bad segment_count");
     double *const vectors[3] = {f->box_min, f->box_max, f->centre};
     for (int i = 0; i < 9; i++) {
         vectors[i / 3][i % 3] = take_f64(r);
-        demand(r, within(vectors[i / 3][i % 3], -1e30, 1e30), "HEAD: the box or centre is out of range");
+        ref_demand(r, within(vectors[i / 3][i % 3], -1e30, 1e30), "HEAD: the box or centre is out of range");
     }
     f->scale = take_f64(r);
     for (int i = 0; i < 6; i++)
-        (i < 3 ? f->domain_min : f->domain_max)[i % 3] = take_f32(r);
+        (i < 3 ? f->domain_min : f->domain_max)[i % 3] = ref_take_f32(r);
     for (int i = 0; i < 3; i++) {
-        demand(r, f->box_max[i] >= f->box_min[i], "HEAD: the box is turned round");
-        demand(r, f->domain_min[i] >= -16.0f && f->domain_max[i] <= 16.0f && f->domain_max[i] > f->domain_min[i],
-               "HEAD: the domain is out of range");
+        ref_demand(r, f->box_max[i] >= f->box_min[i], "HEAD: the box is turned round");
+        ref_demand(r, f->domain_min[i] >= -16.0f && f->domain_max[i] <= 16.0f && f->domain_max[i] > f->domain_min[i],
+                   "HEAD: the domain is out of range");
     }
-    f->default_resolution = take_uint(r, 4);
-    f->extraction_bound = take_f32(r);
-    demand(r, within(f->scale, 1e-30, 1e30), "HEAD: scale is out of range");
-    demand(r, within(f->default_resolution, 2, 4096), "HEAD: default_resolution is out of range");
-    demand(r, f->extraction_bound > 0.0f && f->extraction_bound <= 1e6f, "HEAD: extraction_bound is out of range");
+    f->default_resolution = ref_take_uint(r, 4);
+    f->extraction_bound = ref_take_f32(r);
+    ref_demand(r, within(f->scale, 1e-30, 1e30), "HEAD: scale is out of range");
+    ref_demand(r, within(f->default_resolution, 2, 4096), "HEAD: default_resolution is out of range");
+    ref_demand(r, f->extraction_bound > 0.0f && f->extraction_bound <= 1e6f, "HEAD: extraction_bound is out of range");
 }
 
 /* Section 7. `before` is the end of the INDX chunk. */
 
 static void read_index(reader *r, ref_file *f, uint64_t before) {
     f->file_size = take_u64(r);
-    demand(r, f->file_size < UINT64_C(1) << 63, "INDX: file_size is above 2^63 - 1");
+    ref_demand(r, f->file_size < UINT64_C(1) << 63, "INDX: file_size is above 2^63 - 1");
     f->segments = allocate(r->ctx, f->segment_count, sizeof *f->segments);
     uint32_t frame = 0;
     for (uint32_t i = 0; i < f->segment_count; i++) {
         ref_segment *s = &f->segments[i];
-        s->first_frame = take_uint(r, 4);
-        s->last_frame = take_uint(r, 4);
-        demand(r, s->first_frame == frame, "INDX: first_frame does not follow");
-        demand(r, s->last_frame < f->frame_count && (s->last_frame > frame || f->frame_count == 1),
-               "INDX: last_frame is out of range");
+        s->first_frame = ref_take_uint(r, 4);
+        s->last_frame = ref_take_uint(r, 4);
+        ref_demand(r, s->first_frame == frame, "INDX: first_frame does not follow");
+        ref_demand(r, s->last_frame < f->frame_count && (s->last_frame > frame || f->frame_count == 1),
+                   "INDX: last_frame is out of range");
         frame = s->last_frame;
         s->offset = take_u64(r);
         s->size = take_u64(r);
-        demand(r, s->offset >= before, "INDX: a segment lies inside what stands before it");
-        demand(r,
-               s->size >= 20 && s->size < f->file_size && s->offset < f->file_size &&
-                   s->offset + s->size + 20 <= f->file_size,
-               "INDX: a segment lies outside the file");
+        ref_demand(r, s->offset >= before, "INDX: a segment lies inside what stands before it");
+        ref_demand(r,
+                   s->size >= 20 && s->size < f->file_size && s->offset < f->file_size &&
+                       s->offset + s->size + 20 <= f->file_size,
+                   "INDX: a segment lies outside the file");
         before = s->offset + s->size;
         s->stored_hash = take_u64(r);
     }
-    demand(r, frame == f->frame_count - 1, "INDX: the last segment does not end at the last frame");
+    ref_demand(r, frame == f->frame_count - 1, "INDX: the last segment does not end at the last frame");
 }
 
 /* Section 10.1. */
@@ -239,34 +231,34 @@ static void read_index(reader *r, ref_file *f, uint64_t before) {
 static void read_array(reader *r, ref_part *part, uint32_t planes, uint32_t rows, uint32_t cols) {
     ref_array *a = &part->arrays[part->array_count++];
     *a = (ref_array){.planes = planes, .rows = rows, .cols = cols, .count = (uint64_t)planes * rows * cols};
-    const uint32_t coding = take_uint(r, 1);
+    const uint32_t coding = ref_take_uint(r, 1);
     a->uniform = coding & 15;
     a->predict = coding >> 4;
-    demand(r, a->uniform <= 1 && a->predict <= a->uniform, "an array's coding is out of range");
+    ref_demand(r, a->uniform <= 1 && a->predict <= 2 * a->uniform, "an array's coding is out of range");
     if (a->uniform) {
-        a->bits = take_uint(r, 1);
+        a->bits = ref_take_uint(r, 1);
         a->residual_min = take_i32(r);
-        a->step = take_f32(r);
-        a->offset = take_f32(r);
-        demand(r, a->bits <= 24 && within(a->residual_min, -33554431, 33554431),
-               "an array's residuals are out of range");
-        demand(r, isfinite(a->step) && a->step >= 0.0f && isfinite(a->offset), "a quantiser is out of range");
+        a->step = ref_take_f32(r);
+        a->offset = ref_take_f32(r);
+        ref_demand(r, a->bits <= 24 && within(a->residual_min, -33554431, 33554431),
+                   "an array's residuals are out of range");
+        ref_demand(r, isfinite(a->step) && a->step >= 0.0f && isfinite(a->offset), "a quantiser is out of range");
     }
     part->parameter_count += a->count;
-    demand(r, part->parameter_count <= 1u << 28, "the part has too many parameters");
+    ref_demand(r, part->parameter_count <= 1u << 28, "the part has too many parameters");
 }
 
-static ref_tensor read_tensor(reader *r, ref_part *part, uint32_t rows, uint32_t cols) {
+ref_tensor ref_read_tensor(ref_reader *r, ref_part *part, uint32_t rows, uint32_t cols) {
     ref_tensor t = {.rows = rows, .cols = cols, .arrays = &part->arrays[part->array_count]};
-    t.kind = take_uint(r, 1);
-    demand(r, t.kind <= 2, "a tensor's kind is out of range");
+    t.kind = ref_take_uint(r, 1);
+    ref_demand(r, t.kind <= 2, "a tensor's kind is out of range");
     if (t.kind >= 1) {
-        t.knots = take_uint(r, 2);
-        demand(r, t.knots >= 4, "knots are out of range");
+        t.knots = ref_take_uint(r, 2);
+        ref_demand(r, t.knots >= 4, "knots are out of range");
     }
     if (t.kind == 2) {
-        t.rank = take_uint(r, 2);
-        demand(r, t.rank >= 1 && t.rank <= 256, "a rank is out of range");
+        t.rank = ref_take_uint(r, 2);
+        ref_demand(r, t.rank >= 1 && t.rank <= 256, "a rank is out of range");
     }
     read_array(r, part, t.kind == 1 ? t.knots : 1, rows, cols);
     if (t.kind == 2) {
@@ -277,28 +269,29 @@ static ref_tensor read_tensor(reader *r, ref_part *part, uint32_t rows, uint32_t
 }
 
 static void read_input(reader *r, ref_part *part) {
-    part->input = take_uint(r, 1);
-    part->fourier_source = take_uint(r, 1);
-    part->entropy = take_uint(r, 1);
-    part->layer_count = take_uint(r, 1);
-    part->fourier_count = take_uint(r, 2);
+    part->input = ref_take_uint(r, 1);
+    part->fourier_source = ref_take_uint(r, 1);
+    part->entropy = ref_take_uint(r, 1);
+    part->layer_count = ref_take_uint(r, 1);
+    part->fourier_count = ref_take_uint(r, 2);
     const bool fourier = part->input == 2;
-    demand(r, part->input <= 2, "the input is out of range");
-    demand(r, part->fourier_source <= (fourier ? 1 : 0), "fourier_source is out of range");
-    demand(r, part->entropy <= 3, "the entropy back end is out of range");
-    demand(r, part->layer_count >= 1 && part->layer_count <= REF_MAX_LAYERS, "layer_count is out of range");
-    demand(r, fourier ? within(part->fourier_count, 1, 512) : part->fourier_count == 0,
-           "fourier_count is out of range");
+    ref_demand(r, part->input <= 2, "the input is out of range");
+    ref_demand(r, part->fourier_source <= (fourier ? 1 : 0), "fourier_source is out of range");
+    ref_demand(r, part->entropy <= 3, "the entropy back end is out of range");
+    ref_demand(r, part->layer_count >= 1 && part->layer_count <= REF_MAX_LAYERS, "layer_count is out of range");
+    ref_demand(r, fourier ? within(part->fourier_count, 1, 512) : part->fourier_count == 0,
+               "fourier_count is out of range");
     if (fourier && part->fourier_source == 0) {
         part->fourier_seed = take_u64(r);
-        part->fourier_sigma = take_f32(r);
-        demand(r, within((double)part->fourier_sigma, 0.0, 1e6), "fourier_sigma is out of range");
+        part->fourier_sigma = ref_take_f32(r);
+        ref_demand(r, within((double)part->fourier_sigma, 0.0, 1e6), "fourier_sigma is out of range");
     }
-    part->time_scale = take_f32(r);
-    part->value_scale = take_f32(r);
-    part->value_offset = take_f32(r);
-    demand(r, isfinite(part->time_scale) && isfinite(part->value_offset), "time_scale or value_offset is not finite");
-    demand(r, isfinite(part->value_scale) && part->value_scale != 0.0f, "value_scale is not finite or 0");
+    part->time_scale = ref_take_f32(r);
+    part->value_scale = ref_take_f32(r);
+    part->value_offset = ref_take_f32(r);
+    ref_demand(r, isfinite(part->time_scale) && isfinite(part->value_offset),
+               "time_scale or value_offset is not finite");
+    ref_demand(r, isfinite(part->value_scale) && part->value_scale != 0.0f, "value_scale is not finite or 0");
 }
 
 static void read_description(reader *r, ref_part *part) {
@@ -307,23 +300,23 @@ static void read_description(reader *r, ref_part *part) {
     for (uint32_t i = 0; i < part->layer_count; i++) {
         ref_layer *layer = &part->layers[i];
         layer->inputs = inputs;
-        layer->width = take_uint(r, 2);
-        layer->activation = take_uint(r, 1);
-        demand(r, layer->width >= 1 && layer->width <= 1024, "a layer's width is out of range");
-        demand(r, layer->activation <= 3, "an activation is out of range");
+        layer->width = ref_take_uint(r, 2);
+        layer->activation = ref_take_uint(r, 1);
+        ref_demand(r, layer->width >= 1 && layer->width <= 1024, "a layer's width is out of range");
+        ref_demand(r, layer->activation <= 3, "an activation is out of range");
         if (layer->activation == 2) {
-            layer->omega = take_f32(r);
-            demand(r, isfinite(layer->omega), "omega is not finite");
+            layer->omega = ref_take_f32(r);
+            ref_demand(r, isfinite(layer->omega), "omega is not finite");
         }
         inputs = layer->width;
     }
-    demand(r, inputs == 1, "the last layer's width is not 1");
+    ref_demand(r, inputs == 1, "the last layer's width is not 1");
     if (part->fourier_source == 1)
-        demand(r, read_tensor(r, part, part->fourier_count, 4).kind == 0, "B is not constant");
+        ref_demand(r, ref_read_tensor(r, part, part->fourier_count, 4).kind == 0, "B is not constant");
     for (uint32_t i = 0; i < part->layer_count; i++) {
         ref_layer *layer = &part->layers[i];
-        layer->weight = read_tensor(r, part, layer->width, layer->inputs);
-        layer->bias = read_tensor(r, part, layer->width, 1);
+        layer->weight = ref_read_tensor(r, part, layer->width, layer->inputs);
+        layer->bias = ref_read_tensor(r, part, layer->width, 1);
     }
 }
 
@@ -348,8 +341,9 @@ static void decode_packed(reader *coded, ref_part *part) {
         }
     }
     for (; bit % 8 != 0; bit++)
-        demand(coded, (coded->data[bit / 8] >> (bit % 8) & 1) == 0, "the bits that fill up the last byte are not 0");
-    demand(coded, coded->at == coded->size, "there are bytes behind the packed symbols");
+        ref_demand(coded, (coded->data[bit / 8] >> (bit % 8) & 1) == 0,
+                   "the bits that fill up the last byte are not 0");
+    ref_demand(coded, coded->at == coded->size, "there are bytes behind the packed symbols");
 }
 
 /* Residuals from the bytes of their symbols, lowest bytes of an array first. */
@@ -362,9 +356,9 @@ static void residuals_from_bytes(reader *bytes, ref_part *part) {
             a->q[k] = a->residual_min;
         for (uint32_t shift = 0; shift < a->bits; shift += 8)
             for (uint64_t k = 0; k < a->count; k++)
-                a->q[k] += (int32_t)(take_uint(bytes, 1) << shift);
+                a->q[k] += (int32_t)(ref_take_uint(bytes, 1) << shift);
         for (uint64_t k = 0; k < a->count; k++)
-            demand(bytes, a->q[k] - a->residual_min < 1 << a->bits, "a symbol is out of range");
+            ref_demand(bytes, a->q[k] - a->residual_min < 1 << a->bits, "a symbol is out of range");
     }
 }
 
@@ -393,7 +387,7 @@ static void decode_bytes(reader *coded, ref_part *part) {
     for (uint32_t i = 0; i < part->array_count; i++)
         size += is_stored(&part->arrays[i]) ? part->arrays[i].count * ((part->arrays[i].bits + 7) / 8) : 0;
     uint8_t *bytes = allocate(coded->ctx, size, 1);
-    demand(coded, decompress(coded, part->entropy, bytes, size), "the compressed stream is broken");
+    ref_demand(coded, decompress(coded, part->entropy, bytes, size), "the compressed stream is broken");
     reader symbols = {.ctx = coded->ctx, .data = bytes, .size = size};
     residuals_from_bytes(&symbols, part);
 }
@@ -420,7 +414,7 @@ typedef struct group { /* of planes first to last - 1 */
 static void normalise(range_decoder *d) {
     while (d->range < 1u << 24) {
         d->range <<= 8;
-        d->code = (d->code << 8) + take_uint(d->bytes, 1);
+        d->code = (d->code << 8) + ref_take_uint(d->bytes, 1);
     }
 }
 
@@ -517,7 +511,7 @@ static void decode_group(range_decoder *d, const ref_array *a, uint32_t first, u
         for (uint32_t row = 0; row < a->rows; row++)
             for (uint32_t col = 0; col < a->cols; col++) {
                 const int64_t r = decode_element(d, &g, plane, row, col);
-                demand(d->bytes, r >= a->residual_min && r <= residual_max, "a residual is out of range");
+                ref_demand(d->bytes, r >= a->residual_min && r <= residual_max, "a residual is out of range");
                 a->q[((uint64_t)plane * a->rows + row) * a->cols + col] = (int32_t)r;
             }
 }
@@ -525,7 +519,7 @@ static void decode_group(range_decoder *d, const ref_array *a, uint32_t first, u
 static void decode_range(reader *coded, const ref_part *part) {
     range_decoder d = {.bytes = coded, .range = 0xFFFFFFFFu};
     for (int i = 0; i < 4; i++)
-        d.code = (d.code << 8) + take_uint(coded, 1);
+        d.code = (d.code << 8) + ref_take_uint(coded, 1);
     for (uint32_t i = 0; i < part->array_count; i++) {
         const ref_array *a = &part->arrays[i];
         if (!is_stored(a))
@@ -535,21 +529,30 @@ static void decode_range(reader *coded, const ref_part *part) {
         if (split < a->planes)
             decode_group(&d, a, split, a->planes);
     }
-    demand(coded, coded->at == coded->size, "there are bytes behind the range coder's stream");
-    demand(coded, d.code == 0, "the range coder does not end on 0");
+    ref_demand(coded, coded->at == coded->size, "there are bytes behind the range coder's stream");
+    ref_demand(coded, d.code == 0, "the range coder does not end on 0");
 }
 
 /* Sections 10.2 and 10.3. */
 
-static void dequantise(reader *r, const ref_array *a) {
+/* What is added to the residual of element k, all before it being known. */
+static int64_t prediction(const ref_array *a, uint64_t k) {
     const uint64_t plane = (uint64_t)a->rows * a->cols;
+    if (a->predict == 0 || k < plane)
+        return 0;
+    if (a->predict == 1 || k < 2 * plane)
+        return a->q[k - plane];
+    return 2 * (int64_t)a->q[k - plane] - a->q[k - 2 * plane];
+}
+
+static void dequantise(reader *r, const ref_array *a) {
     for (uint64_t k = 0; k < a->count; k++) {
-        const int64_t q = (int64_t)a->q[k] + (a->predict && k >= plane ? a->q[k - plane] : 0);
-        demand(r, q > -(1 << 24) && q < 1 << 24, "a quantised value is out of range");
+        const int64_t q = a->q[k] + prediction(a, k);
+        ref_demand(r, q > -(1 << 24) && q < 1 << 24, "a quantised value is out of range");
         a->q[k] = (int32_t)q;
         const double product = (double)a->step * (double)q;
         const double w = (double)a->offset + product;
-        demand(r, fabs(w) <= (double)FLT_MAX, "a parameter is out of range");
+        ref_demand(r, fabs(w) <= (double)FLT_MAX, "a parameter is out of range");
         a->w[k] = (float)w;
     }
 }
@@ -558,14 +561,14 @@ static void read_raw(reader *r, ref_part *part) {
     uint64_t elements = 0;
     for (uint32_t i = 0; i < part->array_count; i++)
         elements += part->arrays[i].uniform ? 0 : part->arrays[i].count;
-    const uint32_t raw_size = take_uint(r, 4);
-    demand(r, raw_size == 4 * elements, "raw_size is wrong");
+    const uint32_t raw_size = ref_take_uint(r, 4);
+    ref_demand(r, raw_size == 4 * elements, "raw_size is wrong");
     reader raw = take_reader(r, raw_size);
     for (uint32_t i = 0; i < part->array_count; i++) {
         const ref_array *a = &part->arrays[i];
         for (uint64_t k = 0; !a->uniform && k < a->count; k++) {
-            a->w[k] = take_f32(&raw);
-            demand(r, isfinite(a->w[k]), "a raw parameter is not finite");
+            a->w[k] = ref_take_f32(&raw);
+            ref_demand(r, isfinite(a->w[k]), "a raw parameter is not finite");
         }
     }
 }
@@ -578,11 +581,11 @@ static void read_coded(reader *r, ref_part *part) {
         for (uint64_t k = 0; a->uniform && k < a->count; k++)
             a->q[k] = a->residual_min;
     }
-    const uint32_t coded_size = take_uint(r, 4);
+    const uint32_t coded_size = ref_take_uint(r, 4);
     reader coded = take_reader(r, coded_size);
-    demand(r, r->at == r->size, "coded_size is not the rest of the part");
+    ref_demand(r, r->at == r->size, "coded_size is not the rest of the part");
     if (!any_stored)
-        demand(r, coded_size == 0, "there are coded bytes that no array needs");
+        ref_demand(r, coded_size == 0, "there are coded bytes that no array needs");
     else if (part->entropy == 0)
         decode_packed(&coded, part);
     else if (part->entropy == 3)
@@ -607,7 +610,7 @@ static void read_parameters(reader *r, ref_part *part) {
             dequantise(r, &part->arrays[i]);
 }
 
-/* Section 11, Fourier matrix from a seed. */
+/* Section 11.1, Fourier matrix from a seed. */
 
 static float fourier_element(uint64_t *state, float sigma) {
     uint64_t sum = 0;
@@ -644,24 +647,38 @@ static uint64_t hash_parameters(uint64_t hash, const ref_part *part) {
     return hash;
 }
 
+static void read_network(reader *r, ref_part *part) {
+    read_description(r, part);
+    read_parameters(r, part);
+    part->fourier = fourier_matrix(r->ctx, part);
+}
+
+static void read_blocks(reader *r, ref_part *part) {
+    ref_read_blocks(r, part);
+    read_parameters(r, part);
+    ref_check_blocks(r, part);
+}
+
 static void read_segment(reader *r, ref_segment *s) {
     s->hash = UINT64_C(0xCBF29CE484222325);
-    s->part_count = take_uint(r, 4);
-    demand(r, s->part_count >= 1 && s->part_count <= REF_MAX_PARTS, "SEGM: part_count is out of range");
+    s->part_count = ref_take_uint(r, 4);
+    ref_demand(r, s->part_count >= 1 && s->part_count <= REF_MAX_PARTS, "SEGM: part_count is out of range");
     for (uint32_t i = 0; i < s->part_count; i++) {
-        const uint32_t kind = take_uint(r, 2);
+        const uint32_t kind = ref_take_uint(r, 2);
         take(r, 2);
         reader part = take_reader(r, take_u64(r));
-        if (kind != 1)
+        if (kind != 1 && kind != 2)
             fail(r->ctx, REF_UNSUPPORTED_FEATURE, "SEGM: unknown kind of part");
         s->parts[i] = allocate(r->ctx, 1, sizeof *s->parts[i]);
-        read_description(&part, s->parts[i]);
-        read_parameters(&part, s->parts[i]);
-        s->parts[i]->fourier = fourier_matrix(r->ctx, s->parts[i]);
+        s->parts[i]->kind = kind;
+        if (kind == 1)
+            read_network(&part, s->parts[i]);
+        else
+            read_blocks(&part, s->parts[i]);
         s->hash = hash_parameters(s->hash, s->parts[i]);
         s->parameter_count += s->parts[i]->parameter_count;
     }
-    demand(r, r->at == r->size, "SEGM: there are bytes behind the last part");
+    ref_demand(r, r->at == r->size, "SEGM: there are bytes behind the last part");
 }
 
 /* Section 3. */
@@ -677,7 +694,7 @@ static chunk next_known_chunk(reader *r) {
     for (; !is_known(&c); c = read_chunk(r))
         if (c.critical)
             fail(r->ctx, REF_UNSUPPORTED_FEATURE, "unknown critical chunk");
-    demand(r, !is_type(&c, "HEAD") && !is_type(&c, "INDX"), "HEAD or INDX occurs twice");
+    ref_demand(r, !is_type(&c, "HEAD") && !is_type(&c, "INDX"), "HEAD or INDX occurs twice");
     return c;
 }
 
@@ -685,29 +702,29 @@ static void read_file(reader *r) {
     ref_file *f = r->ctx->file;
     read_preamble(r);
     chunk c = read_chunk(r);
-    demand(r, is_type(&c, "HEAD"), "the first chunk is not HEAD");
+    ref_demand(r, is_type(&c, "HEAD"), "the first chunk is not HEAD");
     read_head(&c.payload, f);
     c = read_chunk(r);
-    demand(r, is_type(&c, "INDX"), "the second chunk is not INDX");
+    ref_demand(r, is_type(&c, "INDX"), "the second chunk is not INDX");
     read_index(&c.payload, f, r->at);
     if (r->size < f->file_size)
         fail(r->ctx, REF_TRUNCATED, "the file is shorter than INDX says");
-    demand(r, r->size == f->file_size, "the file is longer than INDX says");
+    ref_demand(r, r->size == f->file_size, "the file is longer than INDX says");
     bool quality = false, metadata = false;
     uint32_t segments = 0;
     for (c = next_known_chunk(r); !is_type(&c, "ENDF"); c = next_known_chunk(r)) {
         if (is_type(&c, "SEGM")) {
             const ref_segment *s = segments < f->segment_count ? &f->segments[segments] : NULL;
-            demand(r, s && c.offset == s->offset && c.size == s->size, "a SEGM chunk is not where INDX says");
+            ref_demand(r, s && c.offset == s->offset && c.size == s->size, "a SEGM chunk is not where INDX says");
             read_segment(&c.payload, &f->segments[segments++]);
         } else {
             bool *seen = is_type(&c, "QUAL") ? &quality : &metadata;
-            demand(r, !*seen && segments == 0, "QUAL or META occurs twice or behind a SEGM chunk");
+            ref_demand(r, !*seen && segments == 0, "QUAL or META occurs twice or behind a SEGM chunk");
             *seen = true;
         }
     }
-    demand(r, c.payload.size == 0 && r->at == r->size, "ENDF is not empty, or something follows it");
-    demand(r, segments == f->segment_count, "there are fewer SEGM chunks than segments");
+    ref_demand(r, c.payload.size == 0 && r->at == r->size, "ENDF is not empty, or something follows it");
+    ref_demand(r, segments == f->segment_count, "there are fewer SEGM chunks than segments");
 }
 
 /* A function of its own since setjmp leaves the locals of the function that calls it undefined. */
@@ -743,7 +760,7 @@ void ref_close(ref_file **file) {
     *file = NULL;
 }
 
-/* Section 11. */
+/* Section 11.1. */
 
 static double spline(const float *points, uint64_t stride, uint32_t knots, double u) {
     const double s = fmin(fmax(u, 0.0), 1.0) * (knots - 3);
@@ -754,7 +771,7 @@ static double spline(const float *points, uint64_t stride, uint32_t knots, doubl
            v * v * v / 6.0 * (double)p[3 * stride];
 }
 
-static double element(const ref_tensor *t, uint32_t row, uint32_t col, double u) {
+double ref_element(const ref_tensor *t, uint32_t row, uint32_t col, double u) {
     const uint64_t plane = (uint64_t)t->rows * t->cols, at = (uint64_t)row * t->cols + col;
     if (t->kind == 1)
         return spline(t->arrays[0].w + at, plane, t->knots, u);
@@ -791,16 +808,16 @@ static void make_inputs(const ref_part *part, const double v[4], double *inputs)
     }
 }
 
-static double evaluate_part(const ref_part *part, const double point[3], double u) {
+static double evaluate_network(const ref_part *part, const double point[3], double u) {
     double x[1024], y[1024];
     const double v[4] = {point[0], point[1], point[2], (double)part->time_scale * u};
     make_inputs(part, v, x);
     for (uint32_t i = 0; i < part->layer_count; i++) {
         const ref_layer *layer = &part->layers[i];
         for (uint32_t row = 0; row < layer->width; row++) {
-            double sum = element(&layer->bias, row, 0, u);
+            double sum = ref_element(&layer->bias, row, 0, u);
             for (uint32_t col = 0; col < layer->inputs; col++)
-                sum += element(&layer->weight, row, col, u) * x[col];
+                sum += ref_element(&layer->weight, row, col, u) * x[col];
             y[row] = activate(layer, sum);
         }
         memcpy(x, y, layer->width * sizeof *x);
@@ -823,6 +840,7 @@ double ref_evaluate(const ref_file *file, double seconds, const double point[3])
     for (int i = 0; i < 3; i++)
         normalised[i] = (point[i] - file->centre[i]) / file->scale;
     for (uint32_t i = 0; i < s->part_count; i++)
-        sum += evaluate_part(s->parts[i], normalised, u);
+        sum += s->parts[i]->kind == 1 ? evaluate_network(s->parts[i], normalised, u)
+                                      : ref_evaluate_blocks(s->parts[i], normalised, u);
     return sum * file->scale;
 }

@@ -47,7 +47,16 @@ typedef struct ref_layer {
     ref_tensor weight, bias;
 } ref_layer;
 
+typedef struct ref_blocks { /* section 10.6 */
+    uint32_t degree, influences, bone_count, block_count;
+    float fade;
+    ref_tensor centres, radii, lives, bones, weights, anchors, poses;
+    ref_tensor coefficients[4]; /* by degree */
+} ref_blocks;
+
 typedef struct ref_part {
+    uint32_t kind;     /* 1 network, 2 blocks: what belongs to the other kind is 0 */
+    ref_blocks blocks; /* of kind 2 */
     uint32_t input, fourier_source, entropy, layer_count, fourier_count;
     uint64_t fourier_seed;
     float fourier_sigma, time_scale, value_scale, value_offset;

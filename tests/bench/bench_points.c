@@ -71,7 +71,10 @@ nsdf_status bench_network_flop(nsdf_decoder *decoder, double t, bench_flop *flop
         return status;
     flop->value = 0;
     for (uint32_t i = 0; i < decoder->field.segment->part_count; i++) {
-        const nsdf_network *network = &decoder->field.segment->parts[i].network;
+        const nsdf_segment_part *part = &decoder->field.segment->parts[i];
+        const nsdf_network *network = &part->at.network;
+        if (part->kind != NSDF_PART_NETWORK)
+            return NSDF_UNSUPPORTED_FEATURE;
         flop->value += products(&network->encoding);
         for (uint32_t l = 0; l < network->layer_count; l++)
             flop->value += products(&network->layers[l]);

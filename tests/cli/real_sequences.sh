@@ -43,8 +43,8 @@ check() {
 }
 
 if [ "$size" = short ]; then
-    check collision 60 2e-2 --preset fast --steps 200 --frame-step 6 --resolution 48
+    check collision 60 5e-3 --preset fast --steps 200 --frame-step 6 --resolution 48
 else
-    check collision 60 3e-3 --preset fast --steps 8000 --resolution 96
-    check mitch 10 4e-3 --preset fast --steps 8000 --resolution 128
+    check collision 60 8e-4 --preset fast --resolution 128
+    check mitch 10 6e-4 --preset fast --resolution 192
 fi

@@ -1,10 +1,10 @@
 /* Writes the golden files: make_golden FOLDER, where FOLDER has the folders ok and error.  See tests/golden/README.md.
  *
- * What a decoder must find is not taken from the decoder: the values come from the slow evaluation in make_file.h, the
- * statuses from the specification (section "Limits and errors"). */
+ * What a decoder must find is not taken from the decoder: the values come from the slow evaluation in make_file.h and
+ * make_blocks.h, the statuses from the specification (section "Limits and errors"). */
 #include <stdio.h>
 
-#include "make_file.h"
+#include "make_blocks.h"
 #include "nsdf/decoder.h"
 
 enum { POINTS = 64, LAYERS = 3, WIDTH = 12, RAW_WIDTH = 6, SEED = 1 };
@@ -113,8 +113,8 @@ static double time_of(const nsdf_file_header *header, uint32_t frame) {
     return (double)((uint64_t)frame * header->rate_den) / header->rate_num;
 }
 
-/* Signed distance in world units (spec, sections 2 and 11). */
-static double value_at(const made_file *file, double t, const double world[3]) {
+/* Signed distance in world units (spec, sections 2 and 11); the only part of a segment is `blocks` if not NULL. */
+static double value_at(const made_file *file, const nsdf_blocks_desc *blocks, double t, const double world[3]) {
     uint32_t s = 0;
     while (s + 1 < file->header.segment_count && t >= time_of(&file->header, file->entries[s].last_frame))
         s++;
@@ -123,12 +123,13 @@ static double value_at(const made_file *file, double t, const double world[3]) {
     double normalised[3];
     for (int a = 0; a < 3; a++)
         normalised[a] = (world[a] - file->header.centre[a]) / file->header.scale;
-    return file->header.scale *
-           reference_value(&file->desc[s], file->values[s], (t - start) / (end - start), normalised);
+    const double u = (t - start) / (end - start);
+    return file->header.scale * (blocks ? reference_blocks(blocks, file->values[s], u, normalised)
+                                        : reference_value(&file->desc[s], file->values[s], u, normalised));
 }
 
 /* Coordinates and times of few digits; the first and the last time are the ends of the sequence. */
-static void write_points(FILE *out, const made_file *file) {
+static void write_points(FILE *out, const made_file *file, const nsdf_blocks_desc *blocks) {
     const nsdf_file_header *h = &file->header;
     const double duration = time_of(h, h->frame_count - 1);
     uint64_t random = SEED;
@@ -141,21 +142,23 @@ static void write_points(FILE *out, const made_file *file) {
             const double p = h->centre[a] + h->scale * (middle + half * make_uniform(&random));
             world[a] = floor(64.0 * p) / 64.0;
         }
-        fprintf(out, "point %.17g %.9g %.9g %.9g %.9f\n", t, world[0], world[1], world[2], value_at(file, t, world));
+        fprintf(out, "point %.17g %.9g %.9g %.9g %.9f\n", t, world[0], world[1], world[2],
+                value_at(file, blocks, t, world));
     }
 }
 
-static void write_ok(const char *folder, const char *name, made_file *file) {
+/* `blocks` as for value_at. */
+static void write_ok(const char *folder, const char *name, made_file *file, const nsdf_blocks_desc *blocks) {
     write_bytes(folder, "ok", name, file);
     FILE *out = create(folder, "ok", name, ".expect");
     for (uint32_t i = 0; i < file->header.segment_count; i++) {
-        if (file->desc[i].entropy == NSDF_ENTROPY_DEFLATE)
+        if (file->desc[i].list.entropy == NSDF_ENTROPY_DEFLATE)
             fprintf(out, "needs deflate\n");
-        if (file->desc[i].entropy == NSDF_ENTROPY_ZSTD)
+        if (file->desc[i].list.entropy == NSDF_ENTROPY_ZSTD)
             fprintf(out, "needs zstd\n");
     }
     fprintf(out, "hash %016llx\nscale %.17g\n", (unsigned long long)hash_of(file), file->header.scale);
-    write_points(out, file);
+    write_points(out, file, blocks);
     if (fclose(out) != 0)
         exit(1);
     free_file(file);
@@ -167,9 +170,9 @@ static void make_raw_file(made_file *file) {
     memset(file, 0, sizeof *file);
     nsdf_network_desc *desc = &file->desc[0];
     make_network(desc, MAKE_SPLINE, LAYERS, RAW_WIDTH, NSDF_ENTROPY_NONE);
-    for (uint32_t t = 0; t < desc->tensor_count; t++)
-        for (uint32_t k = 0; k < desc->tensors[t].array_count; k++) {
-            nsdf_array_desc *array = &desc->tensors[t].arrays[k];
+    for (uint32_t t = 0; t < desc->list.count; t++)
+        for (uint32_t k = 0; k < desc->list.tensors[t].array_count; k++) {
+            nsdf_array_desc *array = &desc->list.tensors[t].arrays[k];
             array->quantiser = NSDF_QUANT_RAW;
             array->step = array->offset = 0.0f;
         }
@@ -184,6 +187,37 @@ static void make_file_with_unknown_chunks(made_file *file) {
     insert_chunk(file, segment_at(file) + (size_t)file->entries[0].size, NSDF_CHUNK('L', 'A', 'S', 'T'), 0);
     insert_chunk(file, segment_at(file), NSDF_CHUNK('x', '0', '1', 'y'), reserved);
     insert_chunk(file, NOTES_AT, NSDF_CHUNK('A', 'N', 'C', 'I'), reserved);
+}
+
+/* Blocks of every kind of life on two bones that move along lines, which the range coder's prediction follows; with
+ * `bad_bone` the last block is on the bone behind the last. */
+static void make_blocks_file(made_file *file, nsdf_blocks_desc *blocks, int bad_bone) {
+    nsdf_buffer payload = {NULL, 0, 0, 0};
+    uint64_t random = SEED;
+    int32_t *q;
+    memset(file, 0, sizeof *file);
+    memset(blocks, 0, sizeof *blocks);
+    blocks->list.entropy = NSDF_ENTROPY_RANGE;
+    blocks->degree = NSDF_MAX_DEGREE;
+    blocks->influences = 2;
+    blocks->bone_count = 2;
+    blocks->block_count = 8;
+    blocks->fade = 0.125f;
+    make_blocks(blocks, 7, MAKE_SMOOTH, 0, &random, &q, &file->values[0]);
+    if (bad_bone) {
+        const size_t last = nsdf_block_offset(blocks, NSDF_BLOCK_WEIGHTS) - 1;
+        q[last] = (int32_t)blocks->bone_count;
+        file->values[0][last] = (float)blocks->bone_count;
+    }
+    nsdf_write_segment_start(&payload, 1);
+    const int failed = nsdf_write_blocks_part(&payload, blocks, q);
+    assert(!failed && blocks->list.tensors[NSDF_BLOCK_POSES].arrays[0].predict == NSDF_PREDICT_LINEAR);
+    (void)failed;
+    free(q);
+    file->entries[0].parameter_hash =
+        nsdf_hash_floats(NSDF_HASH_START, file->values[0], (size_t)nsdf_parameter_count(&blocks->list));
+    file->entries[0].last_frame = 4;
+    make_container(file, 1, &payload);
 }
 
 static void make_ok_files(const char *folder) {
@@ -204,14 +238,17 @@ static void make_ok_files(const char *folder) {
         {"two_segments", 2, MAKE_SPLINE, NSDF_ENTROPY_RANGE}, /* the second: xyzt, without a back end */
     };
     made_file file;
+    nsdf_blocks_desc blocks;
     for (size_t i = 0; i < sizeof plain / sizeof *plain; i++) {
         make_sized_file(&file, plain[i].segments, plain[i].shape, plain[i].entropy, LAYERS, WIDTH, SEED);
-        write_ok(folder, plain[i].name, &file);
+        write_ok(folder, plain[i].name, &file, NULL);
     }
     make_raw_file(&file);
-    write_ok(folder, "raw_float32", &file);
+    write_ok(folder, "raw_float32", &file, NULL);
     make_file_with_unknown_chunks(&file);
-    write_ok(folder, "unknown_chunks", &file);
+    write_ok(folder, "unknown_chunks", &file, NULL);
+    make_blocks_file(&file, &blocks, 0);
+    write_ok(folder, "blocks", &file, &blocks);
 }
 
 /* ---- Files that are refused ----------------------------------------------------------------------------- */
@@ -296,6 +333,13 @@ static void unknown_input(made_file *file) {
     mend(file, segment_at(file));
 }
 
+/* All else is sound: CRCs and the parameter hash. */
+static void bone_out_of_range(made_file *file) {
+    nsdf_blocks_desc blocks;
+    free_file(file);
+    make_blocks_file(file, &blocks, 1);
+}
+
 static void segment_inside_the_index(made_file *file) {
     store(file->data + INDEX_PAYLOAD_AT + 8 + OFFSET_IN_ENTRY, INDEX_AT, 8);
     mend(file, INDEX_AT);
@@ -325,6 +369,7 @@ static void make_error_files(const char *folder) {
         {"rate_zero", rate_zero, NSDF_CORRUPT},
         {"box_not_a_number", box_not_a_number, NSDF_CORRUPT},
         {"unknown_input", unknown_input, NSDF_CORRUPT},
+        {"bone_out_of_range", bone_out_of_range, NSDF_CORRUPT},
         {"segment_inside_the_index", segment_inside_the_index, NSDF_CORRUPT},
     };
     for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {

@@ -17,6 +17,7 @@ static inline nsdf_encoder_options sample_options(uint32_t layers, uint32_t widt
     nsdf_encoder_options_init(&o, NSDF_PRESET_FAST);
     o.layers = layers;
     o.width = width;
+    o.blocks = 0;
     o.threads = 1;
     return o;
 }

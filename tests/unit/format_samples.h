@@ -60,7 +60,7 @@ static inline void sample_tensor(uint64_t *rng, nsdf_tensor_desc *t, uint32_t ki
 static inline void sample_network(uint64_t *rng, nsdf_network_desc *d, nsdf_entropy_kind entropy) {
     memset(d, 0, sizeof *d);
     d->input = (uint8_t)sample_below(rng, 3);
-    d->entropy = (uint8_t)entropy;
+    d->list.entropy = (uint8_t)entropy;
     if (d->input == NSDF_INPUT_FOURIER) {
         d->fourier_source = (uint8_t)sample_below(rng, 2);
         d->fourier_count = 1 + sample_below(rng, 6);
@@ -71,9 +71,9 @@ static inline void sample_network(uint64_t *rng, nsdf_network_desc *d, nsdf_entr
     d->value_scale = 0.75f;
     d->value_offset = -0.125f;
     d->layer_count = 1 + sample_below(rng, 4);
-    d->tensor_count = nsdf_weight_index(d, d->layer_count);
+    d->list.count = nsdf_weight_index(d, d->layer_count);
     if (nsdf_weight_index(d, 0) == 1)
-        sample_tensor(rng, &d->tensors[0], NSDF_TENSOR_CONSTANT, d->fourier_count, 4);
+        sample_tensor(rng, &d->list.tensors[0], NSDF_TENSOR_CONSTANT, d->fourier_count, 4);
     uint32_t inputs = nsdf_input_width(d);
     for (uint32_t i = 0; i < d->layer_count; i++) {
         nsdf_layer_desc *layer = &d->layers[i];
@@ -81,19 +81,19 @@ static inline void sample_network(uint64_t *rng, nsdf_network_desc *d, nsdf_entr
         layer->activation = (uint8_t)sample_below(rng, 4);
         layer->omega = layer->activation == NSDF_ACT_SINE ? 30.0f : 0.0f;
         uint32_t w = nsdf_weight_index(d, i);
-        sample_tensor(rng, &d->tensors[w], sample_below(rng, 3), layer->width, inputs);
-        sample_tensor(rng, &d->tensors[w + 1], sample_below(rng, 3), layer->width, 1);
+        sample_tensor(rng, &d->list.tensors[w], sample_below(rng, 3), layer->width, inputs);
+        sample_tensor(rng, &d->list.tensors[w + 1], sample_below(rng, 3), layer->width, 1);
         inputs = layer->width;
     }
 }
 
 /* Quantised parameters of all arrays, sometimes alike from plane to plane, sometimes constant. */
 static inline int32_t *sample_parameters(uint64_t *rng, const nsdf_network_desc *d) {
-    int32_t *q = malloc((size_t)nsdf_parameter_count(d) * sizeof *q), *out = q;
+    int32_t *q = malloc((size_t)nsdf_parameter_count(&d->list) * sizeof *q), *out = q;
     assert_non_null(q);
-    for (uint32_t t = 0; t < d->tensor_count; t++)
-        for (uint32_t k = 0; k < d->tensors[t].array_count; k++) {
-            const nsdf_array_desc *a = &d->tensors[t].arrays[k];
+    for (uint32_t t = 0; t < d->list.count; t++)
+        for (uint32_t k = 0; k < d->list.tensors[t].array_count; k++) {
+            const nsdf_array_desc *a = &d->list.tensors[t].arrays[k];
             size_t plane = (size_t)a->rows * a->cols;
             double spread = pow(10.0, 5.0 * sample_unit(rng) - 1.0), change = spread * pow(sample_unit(rng), 4.0);
             for (size_t i = 0; i < plane * a->planes; i++, out++) {
@@ -109,11 +109,11 @@ static inline int32_t *sample_parameters(uint64_t *rng, const nsdf_network_desc 
 
 /* What a decoder must give for q. */
 static inline float *sample_expected(const nsdf_network_desc *d, const int32_t *q) {
-    float *values = malloc((size_t)nsdf_parameter_count(d) * sizeof *values), *out = values;
+    float *values = malloc((size_t)nsdf_parameter_count(&d->list) * sizeof *values), *out = values;
     assert_non_null(values);
-    for (uint32_t t = 0; t < d->tensor_count; t++)
-        for (uint32_t k = 0; k < d->tensors[t].array_count; k++) {
-            const nsdf_array_desc *a = &d->tensors[t].arrays[k];
+    for (uint32_t t = 0; t < d->list.count; t++)
+        for (uint32_t k = 0; k < d->list.tensors[t].array_count; k++) {
+            const nsdf_array_desc *a = &d->list.tensors[t].arrays[k];
             for (uint64_t i = 0; i < nsdf_array_size(a); i++, out++, q++) {
                 if (a->quantiser == NSDF_QUANT_RAW)
                     memcpy(out, q, sizeof *out);
@@ -148,14 +148,14 @@ static inline nsdf_parse sample_decode(const uint8_t *part, size_t size, float *
     assert_non_null(d);
     *values = NULL;
     nsdf_parse status = nsdf_read_network_desc(part, size, d, &coded, fault);
-    if (status == NSDF_PARSE_OK && nsdf_parameter_count(d) > 1u << 22)
+    if (status == NSDF_PARSE_OK && nsdf_parameter_count(&d->list) > 1u << 22)
         status = NSDF_PARSE_NO_MEMORY;
     if (status == NSDF_PARSE_OK) {
-        size_t scratch_size = nsdf_parameter_scratch_size(d);
+        size_t scratch_size = nsdf_parameter_scratch_size(&d->list);
         void *scratch = malloc(scratch_size ? scratch_size : 1);
-        *values = malloc((size_t)nsdf_parameter_count(d) * sizeof **values);
+        *values = malloc((size_t)nsdf_parameter_count(&d->list) * sizeof **values);
         assert_true(scratch && *values);
-        status = nsdf_read_parameters(part, size, coded, d, scratch, NULL, *values, fault);
+        status = nsdf_read_parameters(part, size, coded, &d->list, scratch, NULL, *values, fault);
         free(scratch);
     }
     if (status != NSDF_PARSE_OK) {

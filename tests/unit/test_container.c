@@ -20,12 +20,12 @@ static void example_network(nsdf_network_desc *d) {
     memset(d, 0, sizeof *d);
     d->time_scale = d->value_scale = 1.0f;
     d->layer_count = 2;
-    d->tensor_count = 4;
+    d->list.count = 4;
     for (uint32_t i = 0; i < 2; i++) {
         d->layers[i].width = 2 - i;
         d->layers[i].activation = i ? NSDF_ACT_IDENTITY : NSDF_ACT_RELU;
         for (uint32_t k = 0; k < 2; k++) {
-            nsdf_tensor_desc *t = &d->tensors[2 * i + k];
+            nsdf_tensor_desc *t = &d->list.tensors[2 * i + k];
             t->rows = 2 - i;
             t->cols = k ? 1 : 3 - i;
             nsdf_tensor_layout(t);
@@ -33,8 +33,8 @@ static void example_network(nsdf_network_desc *d) {
             t->arrays[0].step = 0.25f;
         }
     }
-    d->tensors[3].arrays[0].quantiser = NSDF_QUANT_RAW;
-    d->tensors[3].arrays[0].step = 0.0f;
+    d->list.tensors[3].arrays[0].quantiser = NSDF_QUANT_RAW;
+    d->list.tensors[3].arrays[0].step = 0.0f;
 }
 
 static void make_example(nsdf_buffer *file) {
@@ -103,11 +103,11 @@ static void preamble_checks_come_in_order(void **state) {
         assert_int_equal(nsdf_read_preamble(b.data, n, &v, NULL), NSDF_PARSE_TRUNCATED);
     b.data[11] = 1;
     assert_int_equal(nsdf_read_preamble(b.data, b.size, &v, &fault), NSDF_PARSE_CHECKSUM);
-    b.data[10] = 2;
+    b.data[10] = 3;
     assert_int_equal(nsdf_read_preamble(b.data, b.size, &v, &fault), NSDF_PARSE_CHECKSUM);
     b.data[9] = 1;
     assert_int_equal(nsdf_read_preamble(b.data, b.size, &v, &fault), NSDF_PARSE_VERSION);
-    assert_true(v.major == 1 && v.minor == 2 && fault.offset == 9);
+    assert_true(v.major == 1 && v.minor == 3 && fault.offset == 9);
     for (size_t i = 0; i < 9; i++) {
         b.data[i] ^= 0x80;
         assert_int_equal(nsdf_read_preamble(b.data, i + 1, &v, &fault), NSDF_PARSE_NOT_NSDF);

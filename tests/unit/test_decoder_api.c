@@ -149,12 +149,12 @@ static void test_info_repeats_the_header(void **state) {
     uint64_t parameters = 0;
     for (uint32_t i = 0; i < 3; i++) {
         assert_int_equal(nsdf_get_segment_info(decoder, i, &segment), NSDF_OK);
-        assert_int_equal(segment.parameter_count, nsdf_parameter_count(&file.desc[i]));
+        assert_int_equal(segment.parameter_count, nsdf_parameter_count(&file.desc[i].list));
         assert_int_equal(segment.offset, file.entries[i].offset);
         assert_true(segment.start == 4.0 * i * 1001.0 / 24000.0);
         assert_int_equal(segment.layers, 3);
         assert_int_equal(segment.width, 12);
-        assert_string_equal(segment.entropy, nsdf_entropy_name((nsdf_entropy_kind)file.desc[i].entropy));
+        assert_string_equal(segment.entropy, nsdf_entropy_name((nsdf_entropy_kind)file.desc[i].list.entropy));
         parameters += segment.parameter_count;
     }
     assert_int_equal(nsdf_get_segment_info(decoder, 3, &segment), NSDF_INVALID_ARGUMENT);

@@ -7,10 +7,10 @@
 static nsdf_array_desc *single_array(nsdf_network_desc *d, nsdf_entropy_kind entropy, uint32_t planes, uint32_t rows,
                                      uint32_t cols) {
     memset(d, 0, sizeof *d);
-    d->entropy = (uint8_t)entropy;
-    d->tensor_count = 1;
-    d->tensors[0].array_count = 1;
-    nsdf_array_desc *a = &d->tensors[0].arrays[0];
+    d->list.entropy = (uint8_t)entropy;
+    d->list.count = 1;
+    d->list.tensors[0].array_count = 1;
+    nsdf_array_desc *a = &d->list.tensors[0].arrays[0];
     a->planes = planes;
     a->rows = rows;
     a->cols = cols;
@@ -30,16 +30,16 @@ static void fit_range(nsdf_array_desc *a, const int32_t *residuals) {
 
 /* Reads `size` bytes of a stream, from a heap block of exactly that size. */
 static nsdf_parse decode(const nsdf_network_desc *d, const uint8_t *data, size_t size, int32_t *residuals) {
-    uint8_t *exact = malloc(size ? size : 1), *planes = malloc((size_t)nsdf_all_plane_bytes(d) + 1);
+    uint8_t *exact = malloc(size ? size : 1), *planes = malloc((size_t)nsdf_all_plane_bytes(&d->list) + 1);
     nsdf_residual_reader reader;
     const char *what = NULL;
     assert_true(exact && planes);
     if (size)
         memcpy(exact, data, size);
-    nsdf_parse status = nsdf_residuals_open(&reader, d, exact, size, planes, NULL, &what);
-    for (uint32_t t = 0; t < d->tensor_count && status == NSDF_PARSE_OK; t++) {
-        status = nsdf_residuals_next(&reader, &d->tensors[t].arrays[0], residuals, &what);
-        residuals += nsdf_array_size(&d->tensors[t].arrays[0]);
+    nsdf_parse status = nsdf_residuals_open(&reader, &d->list, exact, size, planes, NULL, &what);
+    for (uint32_t t = 0; t < d->list.count && status == NSDF_PARSE_OK; t++) {
+        status = nsdf_residuals_next(&reader, &d->list.tensors[t].arrays[0], residuals, &what);
+        residuals += nsdf_array_size(&d->list.tensors[t].arrays[0]);
     }
     if (status == NSDF_PARSE_OK)
         status = nsdf_residuals_close(&reader, &what);
@@ -51,13 +51,13 @@ static nsdf_parse decode(const nsdf_network_desc *d, const uint8_t *data, size_t
 
 /* Size of the coded residuals, which must come back unchanged. */
 static size_t coded_size(nsdf_network_desc *d, const int32_t *residuals) {
-    nsdf_array_desc *a = &d->tensors[0].arrays[0];
+    nsdf_array_desc *a = &d->list.tensors[0].arrays[0];
     size_t count = (size_t)nsdf_array_size(a);
     int32_t *back = malloc(count * sizeof *back);
     nsdf_buffer out = {0};
     assert_non_null(back);
     fit_range(a, residuals);
-    assert_int_equal(nsdf_write_residuals(&out, d, residuals), 0);
+    assert_int_equal(nsdf_write_residuals(&out, &d->list, residuals), 0);
     assert_int_equal(decode(d, out.data, out.size, back), NSDF_PARSE_OK);
     assert_memory_equal(back, residuals, count * sizeof *back);
     size_t size = out.size;
@@ -174,7 +174,7 @@ static void range_stream_is_pinned(void **state) {
     nsdf_array_desc *a = single_array(&d, NSDF_ENTROPY_RANGE, 2, 2, 3);
     fit_range(a, r);
     assert_int_equal(a->bits, 5);
-    nsdf_range_write(&out, &d, r);
+    nsdf_range_write(&out, &d.list, r);
     assert_int_equal(out.size, sizeof expected);
     assert_memory_equal(out.data, expected, sizeof expected);
     nsdf_buffer_free(&out);
@@ -191,15 +191,15 @@ static void extreme_residuals_survive(void **state) {
         nsdf_buffer out = {0};
         if (!nsdf_entropy_available((nsdf_entropy_kind)kind))
             continue;
-        d.tensor_count = 2;
-        d.tensors[1] = d.tensors[0];
-        nsdf_array_desc *b = &d.tensors[1].arrays[0];
+        d.list.count = 2;
+        d.list.tensors[1] = d.list.tensors[0];
+        nsdf_array_desc *b = &d.list.tensors[1].arrays[0];
         b->planes = 3;
         b->predict = NSDF_PREDICT_PLANE;
         fit_range(a, r);
         fit_range(b, r + 4);
         assert_int_equal(a->bits, 24);
-        assert_int_equal(nsdf_write_residuals(&out, &d, r), 0);
+        assert_int_equal(nsdf_write_residuals(&out, &d.list, r), 0);
         assert_int_equal(decode(&d, out.data, out.size, back), NSDF_PARSE_OK);
         assert_memory_equal(back, r, sizeof r);
         nsdf_buffer_free(&out);
@@ -218,7 +218,7 @@ static void every_shorter_and_longer_stream_is_refused(void **state) {
         fit_range(single_array(&d, (nsdf_entropy_kind)kind, 3, 10, 10), r);
         if (!nsdf_entropy_available((nsdf_entropy_kind)kind))
             continue;
-        assert_int_equal(nsdf_write_residuals(&out, &d, r), 0);
+        assert_int_equal(nsdf_write_residuals(&out, &d.list, r), 0);
         for (size_t n = 0; n < out.size; n++)
             assert_int_not_equal(decode(&d, out.data, n, back), NSDF_PARSE_OK);
         nsdf_buffer_u8(&out, 0);
@@ -238,7 +238,7 @@ static void residuals_outside_the_described_range_are_refused(void **state) {
         if (!nsdf_entropy_available((nsdf_entropy_kind)kind))
             continue;
         fit_range(a, r);
-        assert_int_equal(nsdf_write_residuals(&out, &d, r), 0);
+        assert_int_equal(nsdf_write_residuals(&out, &d.list, r), 0);
         a->bits = 4; /* for the range coder: also a smaller tree */
         assert_int_not_equal(decode(&d, out.data, out.size, back), NSDF_PARSE_OK);
         a->bits = 5;
@@ -255,7 +255,7 @@ static void padding_bits_must_be_zero(void **state) {
     int32_t back[3];
     nsdf_buffer out = {0};
     fit_range(single_array(&d, NSDF_ENTROPY_NONE, 1, 1, 3), r);
-    assert_int_equal(nsdf_write_residuals(&out, &d, r), 0);
+    assert_int_equal(nsdf_write_residuals(&out, &d.list, r), 0);
     assert_int_equal(out.size, 2);
     assert_int_equal(out.data[0], (0 | 7 << 3 | 4 << 6) & 0xff);
     assert_int_equal(out.data[1], 1);
@@ -295,12 +295,12 @@ static void back_ends_allocate_through_the_hooks_only(void **state) {
         fit_range(single_array(&d, (nsdf_entropy_kind)kind, 1, 2, 2), r);
         if (!nsdf_entropy_available((nsdf_entropy_kind)kind))
             continue;
-        assert_int_equal(nsdf_write_residuals(&out, &d, r), 0);
+        assert_int_equal(nsdf_write_residuals(&out, &d.list, r), 0);
         nsdf_parse status = NSDF_PARSE_NO_MEMORY;
         for (int left = 0; left < 20; left++) {
             counted_memory counted = {left, 0};
             nsdf_codec_memory memory = {&counted, counted_allocate, counted_release};
-            status = nsdf_residuals_open(&reader, &d, out.data, out.size, planes, &memory, &what);
+            status = nsdf_residuals_open(&reader, &d.list, out.data, out.size, planes, &memory, &what);
             assert_int_equal(counted.held, 0);
             assert_int_equal(status, left == 0 || counted.left < 0 ? NSDF_PARSE_NO_MEMORY : NSDF_PARSE_OK);
         }
@@ -320,7 +320,7 @@ static void streams_of_another_length_are_refused(void **state) {
         if (!nsdf_entropy_available((nsdf_entropy_kind)kind))
             continue;
         fit_range(a, r);
-        assert_int_equal(nsdf_write_residuals(&out, &d, r), 0);
+        assert_int_equal(nsdf_write_residuals(&out, &d.list, r), 0);
         a->rows = 5;
         assert_int_equal(decode(&d, out.data, out.size, back), NSDF_PARSE_CORRUPT);
         a->rows = 7;

@@ -130,9 +130,9 @@ static void test_forward_equals_the_decoder(void **state) {
 
 /* Where parameter i of an all-constant model stands in the composed vector. */
 static size_t composed_index(const nsdf_model *m, uint64_t i) {
-    for (uint32_t t = 0; t < m->desc.tensor_count; t++) {
-        const uint64_t at = m->array_offset[t][0], cols = m->desc.tensors[t].cols;
-        if (i >= at + nsdf_array_size(&m->desc.tensors[t].arrays[0]))
+    for (uint32_t t = 0; t < m->desc.list.count; t++) {
+        const uint64_t at = m->array_offset[t][0], cols = m->desc.list.tensors[t].cols;
+        if (i >= at + nsdf_array_size(&m->desc.list.tensors[t].arrays[0]))
             continue;
         const uint32_t first = nsdf_weight_index(&m->desc, 0), l = (t - first) / 2;
         if (t < first)

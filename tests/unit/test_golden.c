@@ -15,7 +15,7 @@
 #include "network_read.h"
 #include "nsdf/decoder.h"
 
-enum { MAX_POINTS = 64, MAX_NAME = 128, MIN_OK_FILES = 11, MIN_ERROR_FILES = 19, MAX_BYTES = 3000 };
+enum { MAX_POINTS = 64, MAX_NAME = 128, MIN_OK_FILES = 12, MIN_ERROR_FILES = 20, MAX_BYTES = 3000 };
 
 /* What an .expect file says; a line is a word and its values. */
 typedef struct expectation {

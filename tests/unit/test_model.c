@@ -26,14 +26,14 @@ static void test_arrays_follow_each_other_in_the_order_of_the_file(void **state)
     for (int kind = 0; kind < SAMPLE_MODELS; kind++) {
         const nsdf_model m = describe(kind, 3, 7);
         uint64_t at = 0;
-        for (uint32_t t = 0; t < m.desc.tensor_count; t++)
-            for (uint32_t a = 0; a < m.desc.tensors[t].array_count; a++) {
+        for (uint32_t t = 0; t < m.desc.list.count; t++)
+            for (uint32_t a = 0; a < m.desc.list.tensors[t].array_count; a++) {
                 assert_true(m.array_offset[t][a] == at);
-                at += nsdf_array_size(&m.desc.tensors[t].arrays[a]);
+                at += nsdf_array_size(&m.desc.list.tensors[t].arrays[a]);
             }
         assert_true(m.parameter_count == at);
-        assert_true(m.parameter_count == nsdf_parameter_count(&m.desc));
-        assert_int_equal(m.desc.tensor_count, nsdf_weight_index(&m.desc, m.desc.layer_count));
+        assert_true(m.parameter_count == nsdf_parameter_count(&m.desc.list));
+        assert_int_equal(m.desc.list.count, nsdf_weight_index(&m.desc, m.desc.layer_count));
     }
 }
 
@@ -59,11 +59,11 @@ static void test_only_first_weights_and_hidden_biases_change_with_time(void **st
     for (int kind = 2; kind < 6; kind++) {
         const nsdf_model m = describe(kind, 3, 7);
         const uint8_t moving = kind < 4 ? NSDF_TENSOR_SPLINE : NSDF_TENSOR_LOW_RANK;
-        for (uint32_t t = 0; t < m.desc.tensor_count; t++) {
-            const int moves = t == 0 || (t % 2 == 1 && t + 1 < m.desc.tensor_count);
-            assert_int_equal(m.desc.tensors[t].kind, moves ? moving : NSDF_TENSOR_CONSTANT);
-            assert_int_equal(m.desc.tensors[t].knots, moves ? 3 + 6 : 0); /* 11 steps of frames, 2 to a span */
-            assert_int_equal(m.desc.tensors[t].rank, moves && kind >= 4 ? 3 : 0);
+        for (uint32_t t = 0; t < m.desc.list.count; t++) {
+            const int moves = t == 0 || (t % 2 == 1 && t + 1 < m.desc.list.count);
+            assert_int_equal(m.desc.list.tensors[t].kind, moves ? moving : NSDF_TENSOR_CONSTANT);
+            assert_int_equal(m.desc.list.tensors[t].knots, moves ? 3 + 6 : 0); /* 11 steps of frames, 2 to a span */
+            assert_int_equal(m.desc.list.tensors[t].rank, moves && kind >= 4 ? 3 : 0);
         }
     }
 }
@@ -76,8 +76,8 @@ static void test_knots_follow_the_number_of_frames(void **state) {
         nsdf_model m;
         o.knot_spacing = 4.0;
         nsdf_model_describe(&m, &o, frames[i]);
-        assert_int_equal(m.desc.tensors[0].knots, knots[i]);
-        assert_int_equal(m.desc.tensors[0].kind, frames[i] == 1 ? NSDF_TENSOR_CONSTANT : NSDF_TENSOR_SPLINE);
+        assert_int_equal(m.desc.list.tensors[0].knots, knots[i]);
+        assert_int_equal(m.desc.list.tensors[0].kind, frames[i] == 1 ? NSDF_TENSOR_CONSTANT : NSDF_TENSOR_SPLINE);
     }
 }
 
@@ -90,10 +90,10 @@ static void check_layer(const nsdf_model *m, const float *parameters, const floa
     const float *matrix = composed + m->layer_offset[l];
     for (uint32_t o = 0; o < m->desc.layers[l].width; o++) {
         for (uint32_t i = 0; i < in; i++) {
-            const double w = reference_element(&m->desc.tensors[at], weights, (size_t)o * in + i, u);
+            const double w = reference_element(&m->desc.list.tensors[at], weights, (size_t)o * in + i, u);
             assert_true(fabs((double)matrix[o * (in + 1) + i] - w) <= 1e-6);
         }
-        const double b = reference_element(&m->desc.tensors[at + 1], biases, o, u);
+        const double b = reference_element(&m->desc.list.tensors[at + 1], biases, o, u);
         assert_true(fabs((double)matrix[o * (in + 1) + in] - b) <= 1e-6);
     }
 }
@@ -181,7 +181,7 @@ static void test_scatter_is_the_adjoint_of_compose(void **state) {
 /* Each control point on its own, so that errors cannot cancel. */
 static void test_scatter_gives_every_spline_knot_its_weight(void **state) {
     const nsdf_model m = describe(2, 1, 2);
-    const nsdf_tensor_desc *t = &m.desc.tensors[0];
+    const nsdf_tensor_desc *t = &m.desc.list.tensors[0];
     float *p = random_parameters(&m, 5), *g = random_floats(m.composed_size, 0.0f, 0);
     (void)state;
     g[m.layer_offset[0] + 1 * 4 + 2] = 1.0f; /* row 1, column 2 */
@@ -226,7 +226,7 @@ static void check_ranges(const nsdf_encoder_options *o, const double weights[3],
     const float *values = start_values(&m, o, 1);
     for (uint32_t l = 0; l < 3; l++) {
         const uint32_t w = nsdf_weight_index(&m.desc, l);
-        const size_t rows = m.desc.tensors[w].rows, cols = m.desc.tensors[w].cols;
+        const size_t rows = m.desc.list.tensors[w].rows, cols = m.desc.list.tensors[w].cols;
         assert_spread(values + m.array_offset[w][0], rows * cols, weights[l]);
         if (rows > 1)
             assert_spread(values + m.array_offset[w + 1][0], rows, biases[l]);
@@ -254,8 +254,8 @@ static void test_first_values_are_alike_at_all_knots(void **state) {
     nsdf_encoder_options o = sample_model_options(2, 3, 9);
     nsdf_model m;
     const float *values = start_values(&m, &o, 1);
-    for (uint32_t t = 0; t < m.desc.tensor_count; t++) {
-        const nsdf_array_desc *a = &m.desc.tensors[t].arrays[0];
+    for (uint32_t t = 0; t < m.desc.list.count; t++) {
+        const nsdf_array_desc *a = &m.desc.list.tensors[t].arrays[0];
         const size_t plane = (size_t)a->rows * a->cols;
         for (uint32_t k = 1; k < a->planes; k++)
             assert_memory_equal(values + m.array_offset[t][0] + k * plane, values + m.array_offset[t][0],
@@ -272,7 +272,7 @@ static void test_low_rank_factors_start_small_but_not_at_zero(void **state) {
     o.rank = 12;
     const float *values = start_values(&m, &o, 1);
     assert_spread(values + m.array_offset[0][1], 12 * 48 * 3, 0.3 / 3.0);
-    assert_spread(values + m.array_offset[0][2], 12 * (size_t)m.desc.tensors[0].knots, 0.3);
+    assert_spread(values + m.array_offset[0][2], 12 * (size_t)m.desc.list.tensors[0].knots, 0.3);
     free((void *)values);
 }
 

@@ -15,12 +15,12 @@ static void assert_same_shape(const nsdf_network_desc *a, const nsdf_network_des
         assert_int_equal(a->layers[i].activation, b->layers[i].activation);
         assert_true(a->layers[i].omega == b->layers[i].omega);
     }
-    assert_int_equal(a->tensor_count, b->tensor_count);
+    assert_int_equal(a->list.count, b->list.count);
 }
 
 static void assert_same_tensors(const nsdf_network_desc *a, const nsdf_network_desc *b) {
-    for (uint32_t t = 0; t < a->tensor_count; t++) {
-        const nsdf_tensor_desc *p = &a->tensors[t], *q = &b->tensors[t];
+    for (uint32_t t = 0; t < a->list.count; t++) {
+        const nsdf_tensor_desc *p = &a->list.tensors[t], *q = &b->list.tensors[t];
         assert_int_equal(p->kind, q->kind);
         assert_int_equal(p->rows, q->rows);
         assert_int_equal(p->cols, q->cols);
@@ -44,7 +44,7 @@ static void every_back_end_gives_back_every_kind_of_tensor(void **state) {
         size_t size = 0, coded = 0;
         nsdf_fault fault = {0, ""};
         sample_network(&rng, &d, (nsdf_entropy_kind)(round % NSDF_ENTROPY_COUNT));
-        if (!nsdf_entropy_available((nsdf_entropy_kind)d.entropy))
+        if (!nsdf_entropy_available((nsdf_entropy_kind)d.list.entropy))
             continue;
         int32_t *q = sample_parameters(&rng, &d);
         uint8_t *part = sample_part(&d, q, &size);
@@ -53,7 +53,7 @@ static void every_back_end_gives_back_every_kind_of_tensor(void **state) {
         assert_same_shape(&d, &back);
         assert_same_tensors(&d, &back);
         assert_int_equal(sample_decode(part, size, &values, &fault), NSDF_PARSE_OK);
-        assert_memory_equal(values, expected, (size_t)nsdf_parameter_count(&d) * sizeof *values);
+        assert_memory_equal(values, expected, (size_t)nsdf_parameter_count(&d.list) * sizeof *values);
         free(values);
         free(expected);
         free(part);
@@ -68,7 +68,7 @@ static void every_prefix_and_every_longer_part_is_refused(void **state) {
         nsdf_network_desc d;
         size_t size = 0;
         sample_network(&rng, &d, (nsdf_entropy_kind)(round % NSDF_ENTROPY_COUNT));
-        if (!nsdf_entropy_available((nsdf_entropy_kind)d.entropy))
+        if (!nsdf_entropy_available((nsdf_entropy_kind)d.list.entropy))
             continue;
         int32_t *q = sample_parameters(&rng, &d);
         uint8_t *part = sample_part(&d, q, &size);
@@ -96,7 +96,7 @@ static void flipped_bytes_never_do_more_than_fail(void **state) {
         nsdf_network_desc d;
         size_t size = 0;
         sample_network(&rng, &d, (nsdf_entropy_kind)(round % NSDF_ENTROPY_COUNT));
-        if (!nsdf_entropy_available((nsdf_entropy_kind)d.entropy))
+        if (!nsdf_entropy_available((nsdf_entropy_kind)d.list.entropy))
             continue;
         int32_t *q = sample_parameters(&rng, &d);
         uint8_t *part = sample_part(&d, q, &size);
@@ -123,13 +123,13 @@ static void plain_network(nsdf_network_desc *d) {
     d->time_scale = d->value_scale = 1.0f;
     d->layer_count = 1;
     d->layers[0].width = 1;
-    d->tensor_count = 2;
+    d->list.count = 2;
     for (uint32_t t = 0; t < 2; t++) {
-        d->tensors[t].rows = 1;
-        d->tensors[t].cols = t ? 1 : 3;
-        nsdf_tensor_layout(&d->tensors[t]);
-        d->tensors[t].arrays[0].quantiser = NSDF_QUANT_UNIFORM;
-        d->tensors[t].arrays[0].step = 0.5f;
+        d->list.tensors[t].rows = 1;
+        d->list.tensors[t].cols = t ? 1 : 3;
+        nsdf_tensor_layout(&d->list.tensors[t]);
+        d->list.tensors[t].arrays[0].quantiser = NSDF_QUANT_UNIFORM;
+        d->list.tensors[t].arrays[0].step = 0.5f;
     }
 }
 
@@ -168,8 +168,9 @@ static void forbidden_fields_are_named_with_their_offset(void **state) {
     expect_corrupt_at(21, "\2\4\0\0\0", 5, 24);       /* rank 0 */
     expect_corrupt_at(21, "\2\4\0\1\1", 5, 24);       /* rank 257 */
     expect_corrupt_at(22, "\2", 1, 22);               /* quantiser */
-    expect_corrupt_at(22, "\41", 1, 22);              /* prediction */
+    expect_corrupt_at(22, "\61", 1, 22);              /* prediction */
     expect_corrupt_at(22, "\20", 1, 22);              /* prediction of a raw array */
+    expect_corrupt_at(22, "\40", 1, 22);              /* the same by a line */
     expect_corrupt_at(23, "\31", 1, 23);              /* 25 bits */
     expect_corrupt_at(24, "\0\0\0\2", 4, 24);         /* residual 2^25 */
     expect_corrupt_at(28, "\0\0\0\277", 4, 28);       /* negative step */
@@ -211,8 +212,8 @@ static void fourier_fields_are_validated(void **state) {
     d.input = NSDF_INPUT_FOURIER;
     d.fourier_count = 1;
     d.fourier_sigma = 1.0f;
-    d.tensors[0].cols = 2;
-    nsdf_tensor_layout(&d.tensors[0]);
+    d.list.tensors[0].cols = 2;
+    nsdf_tensor_layout(&d.list.tensors[0]);
     assert_int_equal(nsdf_write_network_part(&payload, &d, q), 0);
     uint8_t *part = payload.data + 12;
     size_t size = payload.size - 12;
@@ -246,7 +247,7 @@ static void segments_are_split_into_their_parts(void **state) {
         assert_int_equal(nsdf_read_parts(payload.data, n, parts, &count, NULL), NSDF_PARSE_TRUNCATED);
     nsdf_buffer_u8(&payload, 0);
     assert_int_equal(nsdf_read_parts(payload.data, payload.size, parts, &count, NULL), NSDF_PARSE_CORRUPT);
-    payload.data[4] = NSDF_PART_BLOCKS;
+    payload.data[4] = NSDF_PART_BLOCKS + 1;
     assert_int_equal(nsdf_read_parts(payload.data, payload.size, parts, &count, NULL), NSDF_PARSE_FEATURE);
     payload.data[0] = 17;
     assert_int_equal(nsdf_read_parts(payload.data, payload.size, parts, &count, NULL), NSDF_PARSE_CORRUPT);
@@ -266,7 +267,7 @@ static void the_writer_refuses_what_a_reader_would(void **state) {
     d.layers[0].width = 2;
     assert_int_equal(nsdf_write_network_part(&payload, &d, q), -1);
     plain_network(&d);
-    d.entropy = 4;
+    d.list.entropy = 4;
     assert_int_equal(nsdf_write_network_part(&payload, &d, q), -1);
     plain_network(&d);
     q[0] = -(NSDF_MAX_QUANTISED - 1); /* with q[1] = 2^24 - 1: a span of 25 bits */
@@ -283,12 +284,12 @@ static void descriptions_stay_small(void **state) {
     memset(&d, 0, sizeof d);
     d.time_scale = d.value_scale = 1.0f;
     d.layer_count = 4;
-    d.tensor_count = 8;
+    d.list.count = 8;
     for (uint32_t i = 0; i < 4; i++) {
         d.layers[i].width = i < 3 ? 64 : 1;
         d.layers[i].activation = i < 3 ? NSDF_ACT_SINE : NSDF_ACT_IDENTITY;
         for (uint32_t k = 0; k < 2; k++) {
-            nsdf_tensor_desc *t = &d.tensors[2 * i + k];
+            nsdf_tensor_desc *t = &d.list.tensors[2 * i + k];
             t->kind = k || !i ? NSDF_TENSOR_SPLINE : NSDF_TENSOR_CONSTANT;
             t->knots = 8;
             t->rows = d.layers[i].width;
@@ -297,7 +298,7 @@ static void descriptions_stay_small(void **state) {
             t->arrays[0].quantiser = NSDF_QUANT_UNIFORM;
         }
     }
-    int32_t *q = calloc((size_t)nsdf_parameter_count(&d), sizeof *q);
+    int32_t *q = calloc((size_t)nsdf_parameter_count(&d.list), sizeof *q);
     uint8_t *part = sample_part(&d, q, &size);
     assert_int_equal(nsdf_read_network_desc(part, size, &d, &coded, NULL), NSDF_PARSE_OK);
     assert_in_range(coded, 1, 200);
@@ -312,18 +313,42 @@ static void slow_change_is_predicted_from_the_plane_before(void **state) {
     int32_t q[8 * 3 + 1];
     size_t size = 0;
     plain_network(&d);
-    d.entropy = NSDF_ENTROPY_RANGE;
-    d.tensors[0].kind = NSDF_TENSOR_SPLINE;
-    d.tensors[0].knots = 8;
-    nsdf_tensor_layout(&d.tensors[0]);
+    d.list.entropy = NSDF_ENTROPY_RANGE;
+    d.list.tensors[0].kind = NSDF_TENSOR_SPLINE;
+    d.list.tensors[0].knots = 8;
+    nsdf_tensor_layout(&d.list.tensors[0]);
     for (int i = 0; i < 25; i++)
-        q[i] = 1000 * (1 + i % 3) + i / 3;
+        q[i] = 1000 * (1 + i % 3) + 50 * (i / 3 % 2);
     free(sample_part(&d, q, &size));
-    assert_int_equal(d.tensors[0].arrays[0].predict, NSDF_PREDICT_PLANE);
+    assert_int_equal(d.list.tensors[0].arrays[0].predict, NSDF_PREDICT_PLANE);
     for (int i = 0; i < 25; i++)
         q[i] = i / 3 % 2 ? 40 : -40;
     free(sample_part(&d, q, &size));
-    assert_int_equal(d.tensors[0].arrays[0].predict, NSDF_PREDICT_NONE);
+    assert_int_equal(d.list.tensors[0].arrays[0].predict, NSDF_PREDICT_NONE);
+}
+
+/* Three splines with 12 knots on lines of their own slopes, up to 1: residuals are -2 or 2 from plane 2 on. */
+static void steady_change_is_predicted_by_a_line(void **state) {
+    (void)state;
+    nsdf_network_desc d;
+    int32_t q[12 * 3 + 1] = {0};
+    size_t size = 0;
+    plain_network(&d);
+    d.list.entropy = NSDF_ENTROPY_RANGE;
+    d.list.tensors[0].kind = NSDF_TENSOR_SPLINE;
+    d.list.tensors[0].knots = 12;
+    nsdf_tensor_layout(&d.list.tensors[0]);
+    for (int i = 0; i < 36; i++)
+        q[i] = 100 * (i % 3) + (i / 3) * (37 - 31 * (i % 3)) + i / 3 % 2;
+    float *expected = sample_expected(&d, q), *values = NULL;
+    uint8_t *part = sample_part(&d, q, &size);
+    assert_int_equal(d.list.tensors[0].arrays[0].predict, NSDF_PREDICT_LINEAR);
+    assert_int_equal(part[24] >> 4, 2); /* behind kind and knots of the first tensor */
+    assert_int_equal(sample_decode(part, size, &values, NULL), NSDF_PARSE_OK);
+    assert_memory_equal(values, expected, 37 * sizeof *values);
+    free(values);
+    free(expected);
+    free(part);
 }
 
 static void quantised_values_are_the_nearest(void **state) {
@@ -393,6 +418,7 @@ int main(void) {
         cmocka_unit_test(the_writer_refuses_what_a_reader_would),
         cmocka_unit_test(descriptions_stay_small),
         cmocka_unit_test(slow_change_is_predicted_from_the_plane_before),
+        cmocka_unit_test(steady_change_is_predicted_by_a_line),
         cmocka_unit_test(quantised_values_are_the_nearest),
         cmocka_unit_test(quantiser_edges),
         cmocka_unit_test(fourier_matrix_is_pinned),

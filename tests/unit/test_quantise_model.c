@@ -23,9 +23,9 @@ static void for_arrays(const nsdf_quantise_params *params,
         nsdf_model m = describe(kind);
         float *values = random_parameters(&m, (uint64_t)kind);
         nsdf_choose_quantisers(&m, params, values);
-        for (uint32_t t = 0; t < m.desc.tensor_count; t++)
-            for (uint32_t a = 0; a < m.desc.tensors[t].array_count; a++)
-                check(&m.desc.tensors[t].arrays[a], values + m.array_offset[t][a], params);
+        for (uint32_t t = 0; t < m.desc.list.count; t++)
+            for (uint32_t a = 0; a < m.desc.list.tensors[t].array_count; a++)
+                check(&m.desc.list.tensors[t].arrays[a], values + m.array_offset[t][a], params);
         free(values);
     }
 }
@@ -102,9 +102,9 @@ static float *dequantised(const nsdf_model *m, const float *values) {
     float *out = malloc(count * sizeof *out);
     assert_true(q && out);
     assert_int_equal(nsdf_quantise_parameters(m, values, q), 0);
-    for (uint32_t t = 0; t < m->desc.tensor_count; t++)
-        for (uint32_t k = 0; k < m->desc.tensors[t].array_count; k++) {
-            const nsdf_array_desc *a = &m->desc.tensors[t].arrays[k];
+    for (uint32_t t = 0; t < m->desc.list.count; t++)
+        for (uint32_t k = 0; k < m->desc.list.tensors[t].array_count; k++) {
+            const nsdf_array_desc *a = &m->desc.list.tensors[t].arrays[k];
             for (uint64_t i = 0, at = m->array_offset[t][k]; i < nsdf_array_size(a); i++, at++)
                 out[at] = nsdf_dequantise(q[at], a->step, a->offset);
         }
@@ -147,8 +147,8 @@ static void test_rounding_agrees_with_the_integers_at_ties(void **state) {
         /* few bits, so that step * (q + 1/2) + offset is exact in a float */
         const float step = ldexpf((float)(2 * nsdf_random_below(&random, 2048) + 1), -14);
         const float offset = (float)nsdf_random_below(&random, 3) - 1.0f;
-        for (uint32_t t = 0; t < m.desc.tensor_count; t++) {
-            nsdf_array_desc *a = &m.desc.tensors[t].arrays[0];
+        for (uint32_t t = 0; t < m.desc.list.count; t++) {
+            nsdf_array_desc *a = &m.desc.list.tensors[t].arrays[0];
             a->quantiser = NSDF_QUANT_UNIFORM;
             a->step = step;
             a->offset = offset;
@@ -212,7 +212,7 @@ static void check_file(int kind, const nsdf_quantise_params *params, nsdf_entrop
     nsdf_decoder *decoder = NULL;
     nsdf_segment_info info;
     nsdf_info whole;
-    m.desc.entropy = (uint8_t)entropy;
+    m.desc.list.entropy = (uint8_t)entropy;
     nsdf_choose_quantisers(&m, params, values);
     nsdf_round_parameters(&m, values, rounded);
     assert_int_equal(nsdf_code_segment(&m, values, &segment), 0);

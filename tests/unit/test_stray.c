@@ -33,11 +33,11 @@ static network new_network(uint32_t units) {
     d->layer_count = 2;
     d->layers[0] = (nsdf_layer_desc){units, NSDF_ACT_RELU, 0.0f};
     d->layers[1] = (nsdf_layer_desc){1, NSDF_ACT_IDENTITY, 0.0f};
-    d->tensor_count = 4;
-    set_tensor(&d->tensors[0], units, 4);
-    set_tensor(&d->tensors[1], units, 1);
-    set_tensor(&d->tensors[2], 1, units);
-    set_tensor(&d->tensors[3], 1, 1);
+    d->list.count = 4;
+    set_tensor(&d->list.tensors[0], units, 4);
+    set_tensor(&d->list.tensors[1], units, 1);
+    set_tensor(&d->list.tensors[2], 1, units);
+    set_tensor(&d->list.tensors[3], 1, 1);
     nsdf_model_layout(&n.model);
     return n;
 }

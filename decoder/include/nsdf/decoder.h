@@ -199,7 +199,9 @@ typedef struct nsdf_segment_info {
     double start, end;     /* seconds */
     uint64_t offset, size; /* of its chunk in the file, bytes */
     uint64_t parameter_count;
-    uint32_t layers, width; /* of the network part: layers with parameters, the widest of them */
+    uint32_t layers, width; /* of the first network part: layers with parameters, the widest of them; 0 when there is
+                               none */
+    uint32_t blocks, bones; /* of block parts; 0 when there are none */
     char entropy[8];        /* "none", "deflate", "zstd", "range" */
 } nsdf_segment_info;
 

@@ -68,6 +68,16 @@ typedef struct nsdf_encoder_options {
     double fourier_sigma;
     int fourier_trained; /* fit B and store it */
     int output_tanh;
+    /* moving blocks, instead of the network above */
+    uint32_t blocks;                    /* 0 = the network; at most 65536 */
+    uint32_t bones;                     /* that move the blocks, 1 to 1024 */
+    uint32_t block_degree;              /* of their polynomials, 0 to 3 */
+    double block_overlap;               /* balls that hold a point of the surface, 1 to 20: gives their radius */
+    double block_radius;                /* that of the balls, fraction of the diagonal; 0 = from block_overlap */
+    double block_knot_spacing;          /* frames per control point of the bones' motion */
+    double pose_step, coefficient_step; /* quantiser steps, fractions of the diagonal */
+    uint64_t block_steps;               /* of Adam */
+    uint32_t block_points;              /* each step: batch_frames frames, so many points of each */
     /* data */
     nsdf_sampling sampling;
     uint32_t samples_per_frame; /* 0 = chosen from the number of frames */
@@ -148,8 +158,8 @@ typedef int (*nsdf_progress_fn)(void *user, const nsdf_progress *progress);
 NSDF_API NSDF_MUST_USE nsdf_status nsdf_encoder_run(nsdf_encoder *encoder, nsdf_progress_fn progress, void *user,
                                                     nsdf_encoder_error *error);
 
-/* Codes the network that nsdf_encoder_run fitted once more, with other weight_bits and another entropy coder; the bound
- * and the error are measured anew where the parameters come out different.  nsdf_encoder_write and
+/* Codes what nsdf_encoder_run fitted once more, with another entropy coder and, of a network, other weight_bits; the
+ * bound and the error are measured anew where the parameters come out different.  nsdf_encoder_write and
  * nsdf_encoder_get_stats then give this coding.  After a failure with NSDF_INVALID_ARGUMENT the coding before it stays;
  * after any other there is none, and the encoder can only be closed.  progress: see nsdf_encoder_run; the stages are
  * NSDF_STAGE_BOUND and NSDF_STAGE_VERIFY. */
@@ -171,6 +181,7 @@ typedef struct nsdf_encoder_stats {
     uint32_t open_frames;     /* frames that are not closed: signs by winding number */
     uint32_t reversed_frames; /* frames whose triangles faced inward and were turned round */
     double diagonal;          /* world units */
+    uint32_t blocks, bones;   /* 0 when the model is the network */
     uint64_t parameters;
     uint64_t file_size;      /* bytes */
     uint64_t steps, samples; /* Adam steps made; points seen */

@@ -1,0 +1,25 @@
+/* Block kernels for AVX-512. */
+#include "block_kernels.h"
+
+#if defined(__x86_64__) && defined(__GNUC__)
+
+#ifdef __clang__
+#define TARGET __attribute__((target("avx512f")))
+#else
+#define TARGET __attribute__((target("avx512f,prefer-vector-width=512")))
+#endif
+#define NAME "avx512"
+
+#include "block_kernels_impl.h"
+
+const nsdf_block_kernels *nsdf_block_kernels_avx512(void) {
+    return &table;
+}
+
+#else
+
+const nsdf_block_kernels *nsdf_block_kernels_avx512(void) {
+    return NULL;
+}
+
+#endif

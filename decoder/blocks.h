@@ -1,0 +1,71 @@
+/* Moving blocks at one time: balls that follow the surface, each with a polynomial that is the signed distance near it
+ * (multi-level partition of unity implicits, Ohtake et al. 2003, on moving frames).
+ *
+ *     u_k = U_k x + v_k       the ball's own coordinates, |u_k| < 1 inside
+ *     f   = sum_k w_k p_k(u_k) / sum_k w_k,   w_k = life_k (1 - |u_k|^2)^2
+ *
+ * Outside of all balls there is no surface: |f| = max(|x - c| - r / 2, r / 4) for the nearest centre c and its radius
+ * r, and the sign tells on which side of the blocks, taken as oriented elements of surface, the point lies. */
+#ifndef NSDF_BLOCKS_H
+#define NSDF_BLOCKS_H
+
+#include "format_desc.h"
+
+enum { NSDF_BLOCK_TERMS = 20, NSDF_BLOCK_CELLS = 48, NSDF_BLOCK_CELL_ENTRIES = 96 };
+
+/* One block at one time. */
+typedef struct nsdf_block {
+    float map[12]; /* [3][4]: rows of U and v */
+    float radius;  /* of the ball at rest; 0 when the block is not there at this time */
+    float life;
+    float terms[NSDF_BLOCK_TERMS]; /* coefficients of monomials, see blocks_compose.c */
+} nsdf_block;
+
+/* A block as an element of surface. */
+typedef struct nsdf_block_place {
+    float centre[3];
+    float dipole[3]; /* outward normal times the area that the block stands for, over 4 pi; 0 when it is not there */
+} nsdf_block_place;
+
+typedef struct nsdf_blocks {
+    const nsdf_blocks_desc *desc;
+    const float *values;      /* the part's parameters */
+    nsdf_block *blocks;       /* [block_count] */
+    double *bones;            /* [bone_count][12]: [3][4] rows of M and the centre's position */
+    nsdf_block_place *places; /* [block_count] */
+    float (*reach)[6];        /* [block_count]: box of the ball: low, high */
+    float low[3], inverse_cell[3];
+    uint32_t cells[3];
+    uint32_t *start; /* [cells + 1]: where a cell's entries begin */
+    uint32_t *entries;
+    uint64_t entry_capacity;
+} nsdf_blocks;
+
+/* Bytes of storage that nsdf_blocks_init needs. */
+uint64_t nsdf_blocks_storage(const nsdf_blocks_desc *desc);
+/* Lays the blocks out in `storage` (aligned to 64 bytes), which must stay, as must desc and values, which were checked.
+ * The domain is that of the file, normalised. */
+void nsdf_blocks_init(nsdf_blocks *blocks, const nsdf_blocks_desc *desc, const float *values, const float domain_min[3],
+                      const float domain_max[3], void *storage);
+/* Brings the blocks to time u in [0, 1]. */
+void nsdf_blocks_compose(nsdf_blocks *blocks, double u);
+
+struct nsdf_block_kernels;
+/* Adds the values at `count` points, 1 to NSDF_TILE, xyz [3][stride], and the gradients [3][stride] if not NULL. */
+void nsdf_blocks_evaluate(const nsdf_blocks *blocks, const struct nsdf_block_kernels *kernels, size_t count,
+                          size_t stride, const float *xyz, float *value, float *gradient);
+
+/* The same values but for the sign outside of the balls, which is left out; stored, not added. */
+void nsdf_blocks_measure(const nsdf_blocks *blocks, const struct nsdf_block_kernels *kernels, size_t count,
+                         size_t stride, const float *xyz, float *value);
+
+/* blocks_cells.c: fills start and entries from reach. */
+void nsdf_blocks_sort(nsdf_blocks *blocks);
+
+/* Where monomial x^a y^b z^c, a + b + c <= 3, lies among the terms: by degree, and within it a, then b, descending. */
+static inline uint32_t nsdf_block_term(uint32_t a, uint32_t b, uint32_t c) {
+    const uint32_t degree = a + b + c, rest = b + c;
+    return degree * (degree + 1) * (degree + 2) / 6 + rest * (rest + 1) / 2 + c;
+}
+
+#endif

@@ -1,0 +1,12 @@
+/* Fitting the blocks: poses and polynomials together, by Adam, against samples of the signed distance. */
+#ifndef NSDF_BLOCK_FIT_H
+#define NSDF_BLOCK_FIT_H
+
+#include "block_model.h"
+#include "fit.h"
+
+/* As nsdf_fit_run, for blocks: model->values are fitted from where they are, and left rounded as the file will hold
+ * them.  job->model is not used.  Returns 0, or -1 when memory ran out. */
+int nsdf_block_fit_run(const nsdf_fit_job *job, nsdf_block_model *model, nsdf_fit_result *result);
+
+#endif

@@ -1,0 +1,82 @@
+/* The block part being fitted: its description, its parameters, and the blocks at one time. */
+#ifndef NSDF_BLOCK_MODEL_H
+#define NSDF_BLOCK_MODEL_H
+
+#include "blocks_write.h"
+#include "bones.h"
+
+enum { NSDF_BLOCK_MOST_TERMS = 20 };
+
+/* What one bone does to a block. */
+typedef struct nsdf_block_influence {
+    uint32_t bone;
+    float weight, scaled; /* scaled = weight / extent */
+    float offset[3];      /* of the block's centre from the bone's anchor, in extents */
+} nsdf_block_influence;
+
+typedef struct nsdf_block_model {
+    nsdf_blocks_desc desc;
+    float *values; /* parameters in the order of the file */
+    size_t value_count;
+    size_t pose_offset, pose_count; /* of the poses among the values: [knots][bone][12] */
+    size_t term_offset, term_count; /* of the coefficients: [degree][block][terms of the degree] */
+    uint32_t terms;                 /* of a block, all degrees */
+    uint32_t knots;
+    nsdf_block_influence *influences; /* [block][desc.influences], from the values that are not fitted */
+} nsdf_block_model;
+
+typedef struct nsdf_block_steps {
+    double pose, coefficient; /* quantiser steps, normalised */
+} nsdf_block_steps;
+
+/* Shapes the part for bones found in a motion, with a control point every `knot_spacing` of the u's frames, and fills
+ * all values but the coefficients, which are 0.  Everything but poses and coefficients is rounded as the file will hold
+ * it.  u[frame_count] ascends from 0 to 1.  Returns 0, or -1 when memory ran out. */
+int nsdf_block_model_create(nsdf_block_model *model, const nsdf_motion *motion, const nsdf_bones *bones,
+                            const double *u, uint32_t degree, double knot_spacing, const nsdf_block_steps *steps);
+void nsdf_block_model_free(nsdf_block_model *model);
+
+/* values with poses and coefficients rounded to their steps. */
+void nsdf_block_model_round(const nsdf_block_model *model, const float *values, float *rounded);
+
+/* Whether a block is there at time u, at least by half. */
+int nsdf_block_alive(const nsdf_block_model *model, uint32_t block, double u);
+
+/* Where a block's coefficients of a degree lie among the values. */
+static inline size_t nsdf_block_degree_offset(const nsdf_block_model *model, uint32_t block, uint32_t degree) {
+    return nsdf_block_offset(&model->desc, NSDF_BLOCK_COEFFICIENTS + degree) +
+           (size_t)block * nsdf_degree_terms(degree);
+}
+
+/* A block's coefficients, for products of P_0 to P_3 (decoder/blocks_compose.c), to those of monomials, both by degree
+ * and within it in the order of the file; and a gradient the other way. */
+void nsdf_block_get_monomials(const nsdf_block_model *model, const float *values, uint32_t block, float *monomials);
+void nsdf_block_add_gradient(const nsdf_block_model *model, uint32_t block, const float *monomials, float *gradient);
+
+/* ---- One time -------------------------------------------------------------------------------------------- */
+
+/* Blocks at one time, in single precision, and a grid of cells for points. */
+typedef struct nsdf_block_frame {
+    float (*map)[12];                      /* [block]: u = U x + v, rows of U and v */
+    float (*pose)[12];                     /* [block]: rows of the affine map and the centre's position */
+    float (*terms)[NSDF_BLOCK_MOST_TERMS]; /* [block]: coefficients of monomials */
+    float (*reach)[6];                     /* [block]: box of the ball: low, high */
+    uint8_t *alive;                        /* [block] */
+    float *bones;                          /* [bone][12] */
+    float low[3], inverse_cell;
+    uint32_t cells[3];
+} nsdf_block_frame;
+
+int nsdf_block_frame_create(nsdf_block_frame *frame, const nsdf_block_model *model, const float domain_min[3],
+                            const float domain_max[3]);
+void nsdf_block_frame_free(nsdf_block_frame *frame);
+void nsdf_block_frame_compose(nsdf_block_frame *frame, const nsdf_block_model *model, const float *values, double u);
+
+/* Basis functions at u, in the order of the coefficients. */
+void nsdf_block_basis(uint32_t degree, const float u[3], float *basis);
+
+/* A gradient with respect to the blocks' poses ([block][12], as frame->pose) becomes one of the values. */
+void nsdf_block_scatter_poses(const nsdf_block_model *model, double u, const float (*gradient)[12], float *bone_scratch,
+                              float *value_gradient);
+
+#endif

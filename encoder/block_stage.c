@@ -1,0 +1,98 @@
+#include "block_stage.h"
+
+#include "block_start.h"
+#include "nodes.h"
+#include "register_nodes.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+enum { NODES_PER_BLOCK = 4, FEWEST_NODES = 3000 };
+
+static int start_model(const nsdf_fit_job *job, nsdf_motion *motion, nsdf_block_model *model) {
+    const nsdf_encoder_options *o = job->options;
+    const nsdf_block_steps steps = {o->pose_step, o->coefficient_step};
+    nsdf_bones bones;
+    nsdf_block_frame scratch;
+    if (nsdf_bones_fit(&bones, motion, o->bones, job->workers) != 0)
+        return -1;
+    int failed = nsdf_block_model_create(model, motion, &bones, job->u, o->block_degree, o->block_knot_spacing, &steps);
+    nsdf_bones_free(&bones);
+    if (failed)
+        return -1;
+    model->desc.list.entropy = (uint8_t)o->entropy;
+    if (nsdf_block_frame_create(&scratch, model, job->header->domain_min, job->header->domain_max) != 0)
+        return -1;
+    failed = nsdf_block_start(model, motion->normals, job->frames, job->u, (float)(o->shell / job->header->scale),
+                              &scratch, job->workers);
+    nsdf_block_frame_free(&scratch);
+    return failed;
+}
+
+/* Whether parts of some frame pass through each other, so that not all of its surface counts. */
+static int any_hidden(const nsdf_frames *frames) {
+    for (uint32_t f = 0; f < frames->count; f++)
+        if (frames->frames[f].outer.triangle_count > 0)
+            return 1;
+    return 0;
+}
+
+/* Follows the surface. */
+static int track(const nsdf_fit_job *job, nsdf_motion *motion) {
+    const nsdf_encoder_options *o = job->options;
+    const int connected = nsdf_frames_connected(job->frames);
+    const uint32_t rest = nsdf_rest_frame(job->frames, connected);
+    const double area = nsdf_surface_area(nsdf_frame_outer(&job->frames->frames[rest]));
+    const uint32_t count = NODES_PER_BLOCK * o->blocks > FEWEST_NODES ? NODES_PER_BLOCK * o->blocks : FEWEST_NODES;
+    nsdf_nodes nodes;
+    if (nsdf_nodes_place(&nodes, job->frames, rest, count, o->seed) != 0)
+        return -1;
+    int failed = 0;
+    if (connected)
+        nsdf_nodes_carry(&nodes, job->frames);
+    else
+        failed = nsdf_nodes_register(&nodes, job->frames, o->seed, job->workers);
+    if (!failed && (!connected || any_hidden(job->frames)))
+        failed = nsdf_nodes_find_support(&nodes, job->frames, job->workers) != 0 ||
+                 nsdf_nodes_cover(&nodes, job->frames, o->seed, job->workers) != 0;
+    if (!failed)
+        failed = nsdf_motion_find(motion, &nodes, o->blocks, area, (float)nsdf_block_radius(o, area), job->workers);
+    nsdf_nodes_free(&nodes);
+    return failed;
+}
+
+int nsdf_fit_blocks(const nsdf_fit_job *job, nsdf_block_model *model, nsdf_fit_result *result) {
+    nsdf_encoder_options options = *job->options;
+    nsdf_fit_job block_job = *job;
+    nsdf_motion motion;
+    options.steps = options.block_steps;
+    options.batch_points = options.block_points;
+    block_job.options = &options;
+    if (track(job, &motion) != 0)
+        return -1;
+    int failed = start_model(&block_job, &motion, model);
+    nsdf_motion_free(&motion);
+    return failed ? -1 : nsdf_block_fit_run(&block_job, model, result);
+}
+
+int nsdf_code_blocks(const nsdf_block_model *model, nsdf_coded_segment *segment) {
+    nsdf_blocks_desc desc = model->desc;
+    const nsdf_tensor_list *list = &desc.list;
+    int32_t *q = malloc(model->value_count * sizeof *q);
+    float *decoded = malloc(model->value_count * sizeof *decoded);
+    int failed = !q || !decoded;
+    for (uint32_t t = 0; t < list->count && !failed; t++) {
+        const nsdf_array_desc *a = &list->tensors[t].arrays[0];
+        const size_t at = nsdf_block_offset(&model->desc, t);
+        failed = nsdf_quantise(model->values + at, (size_t)nsdf_array_size(a), a->step, a->offset, q + at);
+    }
+    if (!failed) {
+        nsdf_write_segment_start(&segment->payload, 1);
+        failed = nsdf_write_blocks_part(&segment->payload, &desc, q);
+        nsdf_block_model_round(model, model->values, decoded);
+        segment->hash = nsdf_hash_floats(NSDF_HASH_START, decoded, model->value_count);
+    }
+    free(q);
+    free(decoded);
+    return failed || segment->payload.failed ? -1 : 0;
+}
