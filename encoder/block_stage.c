@@ -9,6 +9,14 @@
 
 enum { NODES_PER_BLOCK = 4, FEWEST_NODES = 3000 };
 
+/* Control points are counted in frames of the sequence; where frames were left out, one for each that is there is the
+ * most that they can tell. */
+static double knot_spacing(const nsdf_fit_job *job) {
+    const double gaps = (double)job->frame_count - 1.0, nominal = (double)job->header->frame_count - 1.0;
+    const double spacing = nominal > 0.0 ? job->options->block_knot_spacing * gaps / nominal : 1.0;
+    return gaps < nominal && spacing < 1.0 ? 1.0 : spacing;
+}
+
 static int start_model(const nsdf_fit_job *job, nsdf_motion *motion, nsdf_block_model *model) {
     const nsdf_encoder_options *o = job->options;
     const nsdf_block_steps steps = {o->pose_step, o->coefficient_step};
@@ -16,7 +24,7 @@ static int start_model(const nsdf_fit_job *job, nsdf_motion *motion, nsdf_block_
     nsdf_block_frame scratch;
     if (nsdf_bones_fit(&bones, motion, o->bones, job->workers) != 0)
         return -1;
-    int failed = nsdf_block_model_create(model, motion, &bones, job->u, o->block_degree, o->block_knot_spacing, &steps);
+    int failed = nsdf_block_model_create(model, motion, &bones, job->u, o->block_degree, knot_spacing(job), &steps);
     nsdf_bones_free(&bones);
     if (failed)
         return -1;

@@ -74,7 +74,7 @@ typedef struct nsdf_encoder_options {
     uint32_t block_degree;              /* of their polynomials, 0 to 3 */
     double block_overlap;               /* balls that hold a point of the surface, 1 to 20: gives their radius */
     double block_radius;                /* that of the balls, fraction of the diagonal; 0 = from block_overlap */
-    double block_knot_spacing;          /* frames per control point of the bones' motion */
+    double block_knot_spacing;          /* frames of the sequence per control point of the bones' motion */
     double pose_step, coefficient_step; /* quantiser steps, fractions of the diagonal */
     uint64_t block_steps;               /* of Adam */
     uint32_t block_points;              /* each step: batch_frames frames, so many points of each */
