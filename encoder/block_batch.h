@@ -23,10 +23,10 @@ typedef struct nsdf_block_batch {
 } nsdf_block_batch;
 
 /* Sums of a block's gradients: of the monomials in nsdf_block_term's order, of u, and of u times u's transpose. */
-typedef struct nsdf_block_sums {
+typedef struct nsdf_block_gradient {
     float terms[NSDF_BLOCK_MOST_TERMS];
     float slope[3], moment[9]; /* moment[3 k + j] = sum g_k u_j */
-} nsdf_block_sums;
+} nsdf_block_gradient;
 
 /* The inner loops, compiled for several instruction sets from the same C without fused multiply and add: all give the
  * same bits. */
@@ -37,7 +37,7 @@ typedef struct nsdf_block_passes {
     /* Values of the block at its hits, added to the points' sums. */
     void (*forward)(nsdf_block_batch *batch, uint32_t block, uint32_t degree, const float *monomials);
     void (*backward)(const nsdf_block_batch *batch, uint32_t block, uint32_t degree, const float *monomials,
-                     nsdf_block_sums *sums);
+                     nsdf_block_gradient *sums);
 } nsdf_block_passes;
 
 /* The fastest that this processor runs. */

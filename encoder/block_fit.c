@@ -2,6 +2,7 @@
 
 #include "block_batch.h"
 #include "block_search.h"
+#include "frame_order.h"
 #include "optimiser.h"
 
 #include <math.h>
@@ -41,7 +42,7 @@ typedef struct {
     nsdf_block_model *model;
     const nsdf_block_passes *passes;
     nsdf_random random;
-    uint32_t *order, order_at;
+    nsdf_frame_order order;
     slot *slots; /* [batch_frames] */
     nsdf_adam terms, poses;
     float *gradient, *rounded; /* [value_count] */
@@ -61,7 +62,7 @@ static void free_state(state *s) {
         free(s->slots[i].poses);
     }
     free(s->slots);
-    free(s->order);
+    nsdf_frame_order_free(&s->order);
     free(s->gradient);
     free(s->rounded);
     free(s->bone_scratch);
@@ -88,37 +89,21 @@ static int create_state(state *s, const nsdf_fit_job *job, nsdf_block_model *mod
     s->model = model;
     s->passes = nsdf_block_passes_select();
     s->random = nsdf_random_start(job->options->seed, 3);
-    s->order = calloc(job->frame_count, sizeof *s->order);
     s->slots = calloc(job->options->batch_frames, sizeof *s->slots);
     s->gradient = calloc(model->value_count, sizeof(float));
     s->rounded = calloc(model->value_count, sizeof(float));
     s->hard = nsdf_block_hard_create(job->frame_count);
     s->bone_scratch = calloc(12 * (size_t)model->desc.bone_count, sizeof(float));
-    int ok = s->order && s->slots && s->gradient && s->rounded && s->bone_scratch && s->hard &&
-             nsdf_adam_create(&s->terms, model->term_count) == 0 && nsdf_adam_create(&s->poses, model->pose_count) == 0;
+    int ok = nsdf_frame_order_create(&s->order, job->frame_count) == 0 && s->slots && s->gradient && s->rounded &&
+             s->bone_scratch && s->hard && nsdf_adam_create(&s->terms, model->term_count) == 0 &&
+             nsdf_adam_create(&s->poses, model->pose_count) == 0;
     for (uint32_t i = 0; ok && i < job->options->batch_frames; i++)
         ok = create_slot(&s->slots[i], job, model) == 0;
-    for (uint32_t i = 0; ok && i < job->frame_count; i++)
-        s->order[i] = i;
-    s->order_at = job->frame_count;
     s->terms.epsilon = least_denominator; /* coefficients that see no gradient stay where they are */
     return ok ? 0 : -1;
 }
 
 /* ---- One step -------------------------------------------------------------------------------------------- */
-
-static uint32_t next_frame(state *s) {
-    uint32_t n = s->job->frame_count;
-    if (s->order_at >= n) {
-        for (uint32_t i = n - 1; i > 0; i--) {
-            uint32_t j = nsdf_random_below(&s->random, i + 1), t = s->order[i];
-            s->order[i] = s->order[j];
-            s->order[j] = t;
-        }
-        s->order_at = 0;
-    }
-    return s->order[s->order_at++];
-}
 
 /* The samples of a slot: some of the frame's, and those that were found hard. */
 static void fill_batch(const state *s, slot *sl) {
@@ -156,7 +141,7 @@ static void differentiate(slot *sl, float scale) {
 }
 
 /* u = U (x - c), U = M^-1 / r: dL/dc = -U^T g and dL/dM = -U^T g (r u)^T for g = dL/du. */
-static void pose_gradient(const float map[12], float radius, const nsdf_block_sums *sums, float pose[12]) {
+static void pose_gradient(const float map[12], float radius, const nsdf_block_gradient *sums, float pose[12]) {
     for (int row = 0; row < 3; row++) {
         pose[4 * row + 3] =
             -(map[row] * sums->slope[0] + map[4 + row] * sums->slope[1] + map[8 + row] * sums->slope[2]);
@@ -180,7 +165,7 @@ static void run_slot(void *data, uint32_t index, uint32_t worker) {
         s->passes->forward(&sl->batch, k, m->desc.degree, sl->at.terms[k]);
     differentiate(sl, scale);
     for (uint32_t k = 0; !sl->failed && k < m->desc.block_count; k++) {
-        nsdf_block_sums sums;
+        nsdf_block_gradient sums;
         s->passes->backward(&sl->batch, k, m->desc.degree, sl->at.terms[k], &sums);
         memcpy(sl->terms[k], sums.terms, sizeof sums.terms);
         pose_gradient(sl->at.map[k], radii[k], &sums, sl->poses[k]);
@@ -216,7 +201,7 @@ static int one_step(state *s, double schedule, int rounding) {
         s->active = s->rounded; /* straight-through */
     }
     for (uint32_t i = 0; i < s->job->options->batch_frames; i++) {
-        s->slots[i].frame = next_frame(s);
+        s->slots[i].frame = nsdf_frame_order_next(&s->order, &s->random);
         s->slots[i].first = nsdf_random_u32(&s->random);
     }
     nsdf_workers_run(s->job->workers, s->job->options->batch_frames, run_slot, s);

@@ -125,7 +125,7 @@ TARGET static void reduce(float sums[restrict SUMS][LANES]) {
 }
 
 TARGET static void backward(const nsdf_block_batch *b, uint32_t block, uint32_t degree, const float *t,
-                            nsdf_block_sums *out) {
+                            nsdf_block_gradient *out) {
     float sums[SUMS][LANES] = {{0.0f}};
     for (uint32_t i = b->first[block]; i < b->first[block + 1]; i += LANES) {
         const float *u[3] = {b->hit[0] + i, b->hit[1] + i, b->hit[2] + i}, *root = b->hit[3] + i,

@@ -15,9 +15,8 @@ static const double spread = 2.4;      /* radii around a new bone's seed from wh
 
 typedef struct {
     nsdf_bones *bones;
-    const nsdf_motion *motion;
-    nsdf_motion *moved; /* the same */
-    double *errors;     /* [block]: squared error summed over frames */
+    nsdf_motion *motion;
+    double *errors; /* [block]: squared error summed over frames */
 } job;
 
 /* ---- Points ---------------------------------------------------------------------------------------------- */
@@ -268,7 +267,7 @@ static void seed_bones(job *j, uint32_t count, double *left) {
 static void fill_absence(void *data, uint32_t block, uint32_t worker) {
     const job *j = data;
     const nsdf_bones *b = j->bones;
-    nsdf_motion *m = j->moved;
+    nsdf_motion *m = j->motion;
     const float *centre = m->centres[block];
     (void)worker;
     for (uint32_t f = 0; f < m->frame_count; f++) {
@@ -320,7 +319,7 @@ int nsdf_bones_fit(nsdf_bones *bones, nsdf_motion *motion, uint32_t count, nsdf_
     const size_t k = motion->block_count;
     double *left = calloc(k, sizeof *left);
     memset(bones, 0, sizeof *bones);
-    job j = {bones, motion, motion, calloc(k, sizeof(double))};
+    job j = {bones, motion, calloc(k, sizeof(double))};
     bones->block_count = motion->block_count;
     bones->frame_count = motion->frame_count;
     bones->bone_count = 1;

@@ -1,5 +1,6 @@
 #include "fit.h"
 
+#include "frame_order.h"
 #include "optimiser.h"
 #include "stray.h"
 
@@ -53,7 +54,7 @@ typedef struct {
     const nsdf_fit_kernels *kernels;
     nsdf_loss_params loss;
     nsdf_random random;
-    uint32_t *order, order_at;  /* frames in random order, used up one by one */
+    nsdf_frame_order order;
     size_t *cursor;             /* [frame]: next sample */
     slot *slots;                /* [batch_frames] */
     nsdf_fit_scratch **scratch; /* [worker] */
@@ -89,7 +90,7 @@ static void free_state(state *s) {
     free(s->tail);
     free(s->slots);
     free(s->scratch);
-    free(s->order);
+    nsdf_frame_order_free(&s->order);
     free(s->cursor);
     free(s->gradient);
     free(s->rounded);
@@ -105,7 +106,6 @@ static int create_state(state *s, const nsdf_fit_job *job) {
     s->kernels = nsdf_fit_kernels_select();
     s->loss = (nsdf_loss_params){o->loss, (float)o->loss_d0, (float)o->loss_delta, (float)o->loss_slope};
     s->random = nsdf_random_start(o->seed, 2);
-    s->order = calloc(job->frame_count, sizeof *s->order);
     s->cursor = calloc(job->frame_count, sizeof *s->cursor);
     s->stray = calloc(job->frame_count, sizeof *s->stray);
     s->tail = calloc(job->frame_count, sizeof *s->tail);
@@ -113,7 +113,8 @@ static int create_state(state *s, const nsdf_fit_job *job) {
     s->scratch = calloc(workers, sizeof *s->scratch);
     s->gradient = calloc(model->parameter_count, sizeof(float));
     s->rounded = calloc(model->parameter_count, sizeof(float));
-    int ok = s->order && s->cursor && s->stray && s->tail && s->slots && s->scratch && s->gradient && s->rounded &&
+    int ok = nsdf_frame_order_create(&s->order, job->frame_count) == 0 && s->cursor && s->stray && s->tail &&
+             s->slots && s->scratch && s->gradient && s->rounded &&
              nsdf_adam_create(&s->adam, model->parameter_count) == 0;
     for (uint32_t i = 0; ok && i < o->batch_frames; i++) {
         s->slots[i].composed = calloc(model->composed_size, sizeof(float));
@@ -123,27 +124,10 @@ static int create_state(state *s, const nsdf_fit_job *job) {
     }
     for (uint32_t i = 0; ok && i < workers; i++)
         ok = (s->scratch[i] = nsdf_fit_scratch_create(model)) != NULL;
-    for (uint32_t i = 0; ok && i < job->frame_count; i++)
-        s->order[i] = i;
-    s->order_at = job->frame_count;
     return ok ? 0 : -1;
 }
 
 /* ---- One step ------------------------------------------------------------------------------------------- */
-
-/* Every frame comes once before any comes again. */
-static uint32_t next_frame(state *s) {
-    uint32_t n = s->job->frame_count;
-    if (s->order_at >= n) {
-        for (uint32_t i = n - 1; i > 0; i--) {
-            uint32_t j = nsdf_random_below(&s->random, i + 1), t = s->order[i];
-            s->order[i] = s->order[j];
-            s->order[j] = t;
-        }
-        s->order_at = 0;
-    }
-    return s->order[s->order_at++];
-}
 
 /* Takes the frame's next stretch of samples; the same frame may stand in several slots. */
 static nsdf_fit_points next_points(const state *s, uint32_t index) {
@@ -242,7 +226,7 @@ static void one_step(state *s, float *parameters, double rate, int rounding) {
         s->active = s->rounded; /* straight-through: the gradient at the rounded values moves the fitted ones */
     }
     for (uint32_t i = 0; i < o->batch_frames; i++) {
-        s->slots[i].frame = next_frame(s);
+        s->slots[i].frame = nsdf_frame_order_next(&s->order, &s->random);
         choose_extra(s, &s->slots[i]);
     }
     nsdf_workers_run(s->job->workers, o->batch_frames, run_slot, s);

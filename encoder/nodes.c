@@ -61,29 +61,30 @@ static float square_between(const float a[3], const float b[3]) {
     return x * x + y * y + z * z;
 }
 
-/* Farthest-point order of the first `wanted` candidates; returns the squared distance that the last one had. */
-float nsdf_nodes_choose_farthest(float (*candidates)[3], uint32_t count, uint32_t wanted, float *nearest,
-                                 uint32_t *chosen) {
-    uint32_t next = 0;
-    float last = 0.0f;
+uint32_t nsdf_nodes_choose_farthest(float (*candidates)[3], uint32_t count, uint32_t most, float least, float *nearest,
+                                    uint32_t *chosen, float *last) {
+    uint32_t next = 0, n = 0;
+    *last = 0.0f;
     for (uint32_t i = 0; i < count; i++)
         nearest[i] = INFINITY;
-    for (uint32_t n = 0; n < wanted; n++) {
-        chosen[n] = next;
-        last = nearest[next];
+    while (n < most) {
         const float *c = candidates[next];
-        float most = -1.0f;
+        float farthest = -1.0f;
+        chosen[n++] = next;
+        *last = nearest[next];
+        if (*last < least)
+            break;
         for (uint32_t i = 0; i < count; i++) {
             const float d = square_between(candidates[i], c);
             nearest[i] = d < nearest[i] ? d : nearest[i];
         }
         for (uint32_t i = 0; i < count; i++)
-            if (nearest[i] > most) {
-                most = nearest[i];
+            if (nearest[i] > farthest) {
+                farthest = nearest[i];
                 next = i;
             }
     }
-    return last;
+    return n;
 }
 
 /* Weights of the second and third corner that give the point. */
@@ -98,11 +99,10 @@ static void find_barycentric(const nsdf_triangle *t, const float point[3], float
 }
 
 static void set_normal(float normal[3], const nsdf_triangle *t) {
-    const nsdf_vec3 cross = nsdf_triangle_cross(t);
-    const double length = nsdf_vec3_length(cross), scale = length > 0.0 ? 1.0 / length : 0.0;
-    normal[0] = (float)(cross.x * scale);
-    normal[1] = (float)(cross.y * scale);
-    normal[2] = (float)(cross.z * scale);
+    const nsdf_vec3 n = nsdf_triangle_normal(t);
+    normal[0] = (float)n.x;
+    normal[1] = (float)n.y;
+    normal[2] = (float)n.z;
 }
 
 static void store_node(nsdf_nodes *n, uint32_t i, const nsdf_surface *s, uint32_t triangle, const float point[3]) {
@@ -123,7 +123,9 @@ static int draw_nodes(nsdf_nodes *n, const nsdf_surface *s, uint64_t seed) {
     if (!failed) {
         for (uint32_t i = 0; i < count; i++)
             triangle[i] = nsdf_area_table_draw(&table, &random, candidates[i]);
-        n->spacing = sqrtf(nsdf_nodes_choose_farthest(candidates, count, n->count, nearest, chosen));
+        float last;
+        (void)nsdf_nodes_choose_farthest(candidates, count, n->count, 0.0f, nearest, chosen, &last);
+        n->spacing = sqrtf(last);
         for (uint32_t i = 0; i < n->count; i++)
             store_node(n, i, s, triangle[chosen[i]], candidates[chosen[i]]);
         nsdf_area_table_free(&table);

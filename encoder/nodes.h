@@ -49,9 +49,13 @@ int nsdf_nodes_find_support(nsdf_nodes *nodes, const nsdf_frames *frames, nsdf_w
  * nodes around them.  Their support is found, and all have a graph again.  Returns 0, or -1 when memory ran out. */
 int nsdf_nodes_cover(nsdf_nodes *nodes, const nsdf_frames *frames, uint64_t seed, nsdf_workers *workers);
 
-/* nodes.c, for nodes_cover.c: squared distances; the graph of the nodes as they are. */
-float nsdf_nodes_choose_farthest(float (*candidates)[3], uint32_t count, uint32_t wanted, float *nearest,
-                                 uint32_t *chosen);
+/* nodes.c, for nodes_cover.c. */
+
+/* Up to `most` of the candidates in the order of farthest points, ending with the first whose squared distance to those
+ * before it is below `least`; *last gets that distance of the last one.  Returns how many. */
+uint32_t nsdf_nodes_choose_farthest(float (*candidates)[3], uint32_t count, uint32_t most, float least, float *nearest,
+                                    uint32_t *chosen, float *last);
+/* The graph of the nodes as they are. */
 int nsdf_nodes_build_graph(nsdf_nodes *nodes);
 /* Neighbours that come apart on some frame are no neighbours. */
 void nsdf_nodes_cut_graph(nsdf_nodes *nodes);

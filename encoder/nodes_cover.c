@@ -99,9 +99,7 @@ static uint32_t find_bare(const nsdf_nodes *n, const nsdf_frames *frames, uint32
     for (uint32_t i = 0; i < probes && found < wanted; i++) {
         float x[3];
         const nsdf_triangle t = nsdf_triangle_load(s, nsdf_area_table_draw(&table, &random, x));
-        const nsdf_vec3 cross = nsdf_triangle_cross(&t);
-        const double length = nsdf_vec3_length(cross);
-        const nsdf_vec3 normal = nsdf_vec3_scale(length > 0.0 ? 1.0 / length : 0.0, cross);
+        const nsdf_vec3 normal = nsdf_triangle_normal(&t);
         if (!is_bare(n, frame, x, normal))
             continue;
         if (points) {
@@ -236,9 +234,9 @@ static int add_nodes(nsdf_nodes *n, const job *j, uint32_t frame) {
     int failed = !points || !normals || !nearest || !chosen;
     if (!failed) {
         const uint32_t count = find_bare(n, j->frames, frame, j->seed + 1, 6 * n->count, MOST, points, normals);
-        while (wanted < count && wanted < old / 2) /* until they are as close as the others */
-            if (nsdf_nodes_choose_farthest(points, count, ++wanted, nearest, chosen) < n->spacing * n->spacing)
-                break;
+        const uint32_t most = count < old / 2 ? count : old / 2;
+        float last; /* new nodes are as close as the others */
+        wanted = nsdf_nodes_choose_farthest(points, count, most, n->spacing * n->spacing, nearest, chosen, &last);
         failed = wanted > 0 && add_room(n, wanted) != 0;
     }
     for (uint32_t i = 0; !failed && i < wanted; i++) {

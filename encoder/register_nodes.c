@@ -117,9 +117,7 @@ static int draw_targets(const nsdf_surface *s, uint64_t seed, uint32_t frame, ta
         return -1;
     for (int i = 0; i < TARGETS; i++) {
         const nsdf_triangle triangle = nsdf_triangle_load(s, nsdf_area_table_draw(&table, &random, t->at[i]));
-        const nsdf_vec3 cross = nsdf_triangle_cross(&triangle);
-        const double length = nsdf_vec3_length(cross);
-        t->normal[i] = nsdf_vec3_scale(length > 0.0 ? 1.0 / length : 0.0, cross);
+        t->normal[i] = nsdf_triangle_normal(&triangle);
     }
     nsdf_area_table_free(&table);
     return 0;

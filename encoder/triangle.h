@@ -24,6 +24,13 @@ static inline nsdf_triangle nsdf_triangle_load(const nsdf_surface *surface, uint
  * single-precision corners leaves heights of about 1e-7 of the length, far above the limit here. */
 nsdf_vec3 nsdf_triangle_cross(const nsdf_triangle *triangle);
 
+/* The unit normal; 0 where the cross product is. */
+static inline nsdf_vec3 nsdf_triangle_normal(const nsdf_triangle *triangle) {
+    const nsdf_vec3 cross = nsdf_triangle_cross(triangle);
+    const double length = nsdf_vec3_length(cross);
+    return nsdf_vec3_scale(length > 0.0 ? 1.0 / length : 0.0, cross);
+}
+
 static inline bool nsdf_triangle_has_area(const nsdf_triangle *triangle) {
     nsdf_vec3 cross = nsdf_triangle_cross(triangle);
     return nsdf_vec3_dot(cross, cross) > 0.0;

@@ -292,7 +292,7 @@ static double sum_of_values(fixture *x, nsdf_block_batch *b) {
     return sum;
 }
 
-static void run_passes(const nsdf_block_passes *passes, fixture *x, nsdf_block_batch *b, nsdf_block_sums *sums) {
+static void run_passes(const nsdf_block_passes *passes, fixture *x, nsdf_block_batch *b, nsdf_block_gradient *sums) {
     const uint32_t degree = x->model.desc.degree;
     for (uint32_t i = 0; i <= b->count; i++)
         b->weight[i] = b->value[i] = 0.0f;
@@ -313,7 +313,7 @@ static void test_gradients_of_coefficients_are_those_of_the_field(void **state) 
         fixture x = two_balls(BLOCKS, 2, degree);
         nsdf_block_model *m = &x.model;
         nsdf_block_batch b;
-        nsdf_block_sums sums[BLOCKS];
+        nsdf_block_gradient sums[BLOCKS];
         float *noise = random_floats(m->term_count, 0.1f, 3), *gradient = calloc(m->value_count, sizeof *gradient);
         memcpy(m->values + m->term_offset, noise, m->term_count * sizeof *noise);
         nsdf_block_frame_compose(&x.frame, m, m->values, 0.3);
@@ -343,7 +343,7 @@ static void test_passes_of_all_instruction_sets_give_the_same_bits(void **state)
     const nsdf_block_passes *generic = nsdf_block_passes_generic(), *best = nsdf_block_passes_select();
     fixture x = two_balls(BLOCKS, 2, 3);
     nsdf_block_batch b;
-    nsdf_block_sums one[BLOCKS], other[BLOCKS];
+    nsdf_block_gradient one[BLOCKS], other[BLOCKS];
     (void)state;
     nsdf_block_frame_compose(&x.frame, &x.model, x.model.values, 0.3);
     assert_int_equal(nsdf_block_batch_create(&b, COUNT, BLOCKS, &x.frame), 0);
