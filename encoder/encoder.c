@@ -64,6 +64,9 @@ nsdf_status nsdf_encoder_create(nsdf_encoder **encoder, const nsdf_encoder_optio
     if (!e)
         return nsdf_encoder_fail(error, NSDF_NO_MEMORY, "out of memory");
     e->options = *options;
+    /* Nodes lie on the sheet, not on the shell around it, and an open sheet's winding number tells no inside. */
+    if (options->shell > 0.0)
+        e->options.blocks = 0;
     *encoder = e;
     return NSDF_OK;
 }

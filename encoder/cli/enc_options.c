@@ -41,7 +41,7 @@ static const char help_text[] =
     "      --knot-spacing F     frames per spline knot;  --rank N  rank of low-rank tensors\n"
     "      --omega F            frequency of the first sine layer;  --omega-hidden F  of the others\n"
     "      --fourier-features N rows of B;  --fourier-sigma F  their deviation;  --fourier-trained  fit and store B\n"
-    "Moving blocks, the default instead of the network; options of the network choose that:\n"
+    "Moving blocks, the default instead of the network; its options choose that, and so does --shell:\n"
     "      --blocks K           how many; 0 = the network\n"
     "      --block-overlap F    how many hold a point of the surface; or --block-radius F, fraction of the diagonal\n"
     "      --bones N            that move them;  --block-knot-spacing F  frames per control point of their motion\n"

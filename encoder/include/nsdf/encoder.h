@@ -68,7 +68,7 @@ typedef struct nsdf_encoder_options {
     double fourier_sigma;
     int fourier_trained; /* fit B and store it */
     int output_tanh;
-    /* moving blocks, instead of the network above */
+    /* moving blocks, instead of the network above; shells take the network */
     uint32_t blocks;                    /* 0 = the network; at most 65536 */
     uint32_t bones;                     /* that move the blocks, 1 to 1024 */
     uint32_t block_degree;              /* of their polynomials, 0 to 3 */
