@@ -141,6 +141,7 @@ static void fill_geometry(const nsdf_file_header *header, nsdf_info *info) {
     info->diagonal = header->scale;
     info->default_resolution = header->default_resolution;
     info->extraction_bound = (double)header->extraction_bound;
+    info->smallest_piece = (double)header->smallest_piece * header->scale;
 }
 
 /* The sum over all segments, or 0 while one of them is unknown. */

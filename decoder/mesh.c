@@ -23,6 +23,7 @@ static nsdf_status fill_job(nsdf_decoder *decoder, const nsdf_mesh_options *opti
     job->scale = header->scale;
     job->bound = header->extraction_bound;
     job->dense = options->dense != 0;
+    job->smallest_piece = options->all_pieces ? 0.0f : header->smallest_piece;
     job->normals = options->normals != 0;
     job->projection = options->projection;
     job->cancel = options->cancel;

@@ -66,8 +66,8 @@ void nsdf_mesher_free(nsdf_mesher **mesher) {
         return;
     nsdf_mesher *m = *mesher;
     nsdf_memory *memory = m->memory;
-    nsdf_array *arrays[] = {&m->coordinates,  &m->table, &m->bricks, &m->order, &m->values, &m->points,
-                            &m->point_values, &m->cubes, &m->split,  &m->loose, &m->scratch};
+    nsdf_array *arrays[] = {&m->coordinates, &m->table, &m->bricks, &m->order, &m->values, &m->points, &m->point_values,
+                            &m->cubes,       &m->split, &m->loose,  &m->links, &m->pieces, &m->scratch};
     for (size_t i = 0; i < sizeof arrays / sizeof *arrays; i++)
         nsdf_memory_give(memory, arrays[i]->data);
     nsdf_memory_give(memory, m);
@@ -106,6 +106,8 @@ static nsdf_status run_phases(nsdf_mesher *mesher) {
         status = nsdf_mesher_evaluate_corners(mesher);
     if (status == NSDF_OK)
         status = nsdf_mesher_make_triangles(mesher);
+    if (status == NSDF_OK)
+        status = nsdf_mesher_drop_pieces(mesher);
     if (status == NSDF_OK)
         status = nsdf_mesher_finish_vertices(mesher);
     return status;

@@ -13,6 +13,8 @@ typedef struct nsdf_mesher_job {
                                            centred on the domain and covers it */
     float bound;                        /* skip a cube of half diagonal r where |f(centre)| > bound * r */
     int dense;                          /* skip nothing */
+    float smallest_piece;               /* leave out connected pieces whose box has a shorter diagonal, normalised,
+                                           before vertices move onto the surface; 0 = none */
     int normals;
     uint32_t projection;       /* Newton steps */
     double centre[3], scale;   /* world = normalised * scale + centre */

@@ -18,6 +18,7 @@ enum {
     NSDF_MESHER_MAX_RESOLUTION = 4096
 };
 #define NSDF_NO_BRICK UINT32_MAX
+#define NSDF_NO_VERTEX UINT32_MAX
 
 typedef struct nsdf_brick {
     uint64_t cells[8];    /* active: looked at for triangles */
@@ -81,6 +82,7 @@ struct nsdf_mesher {
     nsdf_array point_values;    /* float */
     nsdf_array cubes, split;    /* nsdf_cube: those of one size, and of the next */
     nsdf_array loose;           /* uint8_t [vertex]: 0 = on the zero set, see NSDF_VERTEX_... */
+    nsdf_array links, pieces;   /* uint32_t [vertex] and boxes, while pieces are found */
     nsdf_array scratch;         /* nsdf_mesher_scratch [worker] */
     const nsdf_mesher_job *job; /* of the run under way */
     nsdf_mesh_storage *storage;
@@ -154,6 +156,9 @@ void nsdf_mixed_cells(const nsdf_corner_rows *rows, uint64_t cells[8]);
 
 /* mesher_cells.c: vertices on the edges (normalised, in storage->positions) and the triangles. */
 nsdf_status nsdf_mesher_make_triangles(nsdf_mesher *mesher);
+
+/* mesher_pieces.c: leaves out the pieces below job->smallest_piece. */
+nsdf_status nsdf_mesher_drop_pieces(nsdf_mesher *mesher);
 
 /* mesher_vertices.c: moves the vertices onto the zero set, makes the normals, goes to world units. */
 nsdf_status nsdf_mesher_finish_vertices(nsdf_mesher *mesher);

@@ -53,7 +53,8 @@ static void sample_one(void *data, uint32_t index, uint32_t worker) {
     if (!(nsdf_surface_area(&frame->surface) > 0.0))
         return;
     c->fault[i] = FAULT_NO_MEMORY;
-    if (nsdf_frame_orient(frame, o->shell > 0.0) != 0 || (!(o->shell > 0.0) && nsdf_frame_find_outer(frame) != 0))
+    if (nsdf_frame_orient(frame, o->shell > 0.0) != 0 || (!(o->shell > 0.0) && nsdf_frame_find_outer(frame) != 0) ||
+        nsdf_frame_find_smallest_piece(frame) != 0)
         return;
     nsdf_sdf *sdf = nsdf_frame_sdf(frame, (float)(o->shell / c->job->header->scale));
     if (!sdf)

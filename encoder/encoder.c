@@ -126,6 +126,8 @@ static nsdf_status sample(run *r) {
     if (status != NSDF_OK)
         return status;
     nsdf_dataset_normalise(&r->dataset, &r->encoder->options, &r->encoder->model.desc);
+    const double asked = r->encoder->options.smallest_piece;
+    r->encoder->header.smallest_piece = asked < 0.0 ? nsdf_frames_smallest_piece(frames) : (float)asked;
     for (uint32_t i = 0; i < frames->count; i++) {
         stats->open_edges += frames->frames[i].open_edges;
         stats->open_frames += frames->frames[i].open_edges > 0;

@@ -43,6 +43,7 @@ static nsdf_encoder_options common_options(void) {
     o.quantise_aware = 1;
     o.entropy = NSDF_CODER_RANGE;
     o.resolution = 192;
+    o.smallest_piece = -1.0;
     o.verify = 1;
     return o;
 }
@@ -160,6 +161,7 @@ static nsdf_status check_fitting(const nsdf_encoder_options *o, nsdf_encoder_err
         {"learning rate", o->learning_rate, 1e-12, 1},
         {"entropy coder", (double)o->entropy, 0, 3},
         {"resolution", o->resolution, 2, NSDF_MAX_RESOLUTION},
+        {"smallest piece", o->smallest_piece, -1, 1},
     };
     nsdf_status status = check_ranges(ranges, sizeof ranges / sizeof *ranges, error);
     if (status == NSDF_OK && !((o->weight_bits >= 4.0 && o->weight_bits <= 16.0) || o->weight_bits == 32.0))

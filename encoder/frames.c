@@ -84,7 +84,7 @@ nsdf_status nsdf_frames_add(nsdf_frames *frames, uint32_t number, const nsdf_inp
     memcpy(s.indices, mesh->indices, indices * sizeof *s.indices);
     extend_box(frames, mesh);
     frames->triangles += mesh->triangle_count;
-    frames->frames[frames->count++] = (nsdf_frame){number, s, NSDF_SIGN_PSEUDO_NORMAL, 0, 0, {NULL, NULL, 0, 0}};
+    frames->frames[frames->count++] = (nsdf_frame){.number = number, .surface = s};
     return NSDF_OK;
 }
 

@@ -10,10 +10,11 @@ typedef struct nsdf_frame {
     uint32_t number;      /* nominal frame */
     nsdf_surface surface; /* relative to the origin; normalised after nsdf_frames_normalise */
     nsdf_sign_rule sign;
-    uint32_t open_edges; /* boundary, non-manifold and inconsistent edges */
-    int reversed;        /* the triangles faced inward */
-    nsdf_surface outer;  /* triangles on the outside of all parts together, where parts pass through each other: own
-                            indices, the surface's positions; no triangles when all are on the outside */
+    uint32_t open_edges;  /* boundary, non-manifold and inconsistent edges */
+    int reversed;         /* the triangles faced inward */
+    nsdf_surface outer;   /* triangles on the outside of all parts together, where parts pass through each other: own
+                             indices, the surface's positions; no triangles when all are on the outside */
+    float smallest_piece; /* diagonal of the box of its smallest connected piece of which a part is on the outside */
 } nsdf_frame;
 
 typedef struct nsdf_frames {
@@ -42,6 +43,17 @@ int nsdf_frame_orient(nsdf_frame *frame, int shell);
 
 /* Finds frame->outer of an oriented frame that is not a shell.  Returns 0, or -1 when memory ran out. */
 int nsdf_frame_find_outer(nsdf_frame *frame);
+
+/* A decoded piece of this size, as a fraction of the diagonal, is never taken for a speck. */
+#define NSDF_LARGEST_SPECK 0.25f
+
+/* Finds frame->smallest_piece of a frame whose outside is known; equal positions count as one vertex.  Returns 0, or -1
+ * when memory ran out. */
+int nsdf_frame_find_smallest_piece(nsdf_frame *frame);
+
+/* Half the size of the smallest piece of all frames, at most NSDF_LARGEST_SPECK: decoded pieces below it are not part
+ * of the surface. */
+float nsdf_frames_smallest_piece(const nsdf_frames *frames);
 
 /* What counts of a frame: its outer triangles. */
 const nsdf_surface *nsdf_frame_outer(const nsdf_frame *frame);

@@ -33,7 +33,7 @@ nsdf_parse nsdf_read_preamble(const uint8_t *data, size_t size, nsdf_version_fie
         nsdf_cursor_fail(&c, NSDF_PARSE_CHECKSUM, 12, "the CRC-32 of the preamble does not match");
     /* While major is 0 the bitstream is not frozen: minor versions differ without notice. */
     if (c.status == NSDF_PARSE_OK && found.minor != NSDF_FORMAT_MINOR)
-        nsdf_cursor_fail(&c, NSDF_PARSE_VERSION, 10, "a minor version other than 1, while the format is not frozen");
+        nsdf_cursor_fail(&c, NSDF_PARSE_VERSION, 10, "a minor version other than 3, while the format is not frozen");
     return nsdf_cursor_finish(&c, fault);
 }
 
@@ -123,6 +123,9 @@ nsdf_parse nsdf_read_header(const uint8_t *payload, size_t size, nsdf_file_heade
     h.extraction_bound = nsdf_take_f32(&c);
     nsdf_cursor_expect(&c, h.extraction_bound > 0.0f && h.extraction_bound <= 1e6f, c.at - 4,
                        "extraction bound not above 0 and at most 1e6");
+    h.smallest_piece = nsdf_take_f32(&c);
+    nsdf_cursor_expect(&c, h.smallest_piece >= 0.0f && h.smallest_piece <= 64.0f, c.at - 4,
+                       "smallest piece outside 0 to 64");
     if (c.status == NSDF_PARSE_OK)
         *header = h;
     return nsdf_cursor_finish(&c, fault);

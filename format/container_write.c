@@ -40,6 +40,7 @@ void nsdf_write_header(nsdf_buffer *payload, const nsdf_file_header *header) {
         nsdf_buffer_f32(payload, header->domain_max[i]);
     nsdf_buffer_u32(payload, header->default_resolution);
     nsdf_buffer_f32(payload, header->extraction_bound);
+    nsdf_buffer_f32(payload, header->smallest_piece);
 }
 
 void nsdf_write_quality(nsdf_buffer *payload, const nsdf_quality_record *quality) {

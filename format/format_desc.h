@@ -6,13 +6,13 @@
 #include <stddef.h>
 #include <stdint.h>
 
-enum { NSDF_FORMAT_MAJOR = 0, NSDF_FORMAT_MINOR = 2 };
+enum { NSDF_FORMAT_MAJOR = 0, NSDF_FORMAT_MINOR = 3 };
 
 enum {
     NSDF_PREAMBLE_SIZE = 16,     /* signature, version, CRC */
     NSDF_CHUNK_HEADER_SIZE = 16, /* type, flags, length */
     NSDF_CHUNK_OVERHEAD = 20,    /* header and the CRC behind the payload */
-    NSDF_HEADER_PAYLOAD_SIZE = 128,
+    NSDF_HEADER_PAYLOAD_SIZE = 132,
     NSDF_INDEX_ENTRY_SIZE = 32,
     NSDF_MAX_SEGMENTS = 1 << 20,
     NSDF_MAX_PARTS = 16,
@@ -53,6 +53,7 @@ typedef struct nsdf_file_header {
     float domain_min[3], domain_max[3]; /* normalised */
     uint32_t default_resolution;
     float extraction_bound;
+    float smallest_piece; /* normalised; pieces of a mesh with a smaller diagonal are left out */
 } nsdf_file_header;
 
 typedef struct nsdf_index_entry {

@@ -86,6 +86,7 @@ nsdf_status dec_info_print(nsdf_decoder *decoder, const char *path) {
     print_box("domain", info.domain_min, info.domain_max);
     printf("resolution      %lu cells along the domain's longest side\n", (unsigned long)info.default_resolution);
     printf("bound           %g\n", info.extraction_bound);
+    printf("smallest piece  %g\n", info.smallest_piece);
     printf("parameters      %llu\n", (unsigned long long)info.parameter_count);
     printf("hash            %016llx\n", (unsigned long long)info.parameter_hash);
     printf("kernels         %s\n", nsdf_kernel_name(decoder));
@@ -181,6 +182,7 @@ nsdf_status dec_info_print_json(nsdf_decoder *decoder, const char *path) {
     json_vector("domain_max", info.domain_max);
     printf("  \"resolution\": %lu,\n", (unsigned long)info.default_resolution);
     printf("  \"bound\": %.9g,\n", info.extraction_bound);
+    printf("  \"smallest_piece\": %.9g,\n", info.smallest_piece);
     printf("  \"parameters\": %llu,\n", (unsigned long long)info.parameter_count);
     printf("  \"hash\": \"%016llx\",\n", (unsigned long long)info.parameter_hash);
     printf("  \"kernels\": \"%s\",\n", nsdf_kernel_name(decoder));

@@ -55,6 +55,7 @@ static void set_mesh_options(const dec_options *options, nsdf_mesh_options *out)
     out->normals = options->normals != 0;
     out->projection = options->projection;
     out->dense = options->dense != 0;
+    out->all_pieces = options->all_pieces != 0;
     out->cancel = is_interrupted;
 }
 

@@ -35,6 +35,7 @@ static const char help[] =
     "      --resolution N    cells along the longest side of the box, 2 to 4096 (default: the file's)\n"
     "      --projection N    Newton steps that move the vertices onto the surface, 0 to 8 (default 2)\n"
     "      --dense           looks for the surface in every cell; slow\n"
+    "      --all-pieces      keeps pieces smaller than the file says that any is: specks and bubbles\n"
     "      --threads N       threads, 1 to 256 (default 0: one per processor)\n"
     "      --cpu-mask MASK   kernels that may be used: c, avx2, avx512, or a number of bits (default: all)\n"
     "      --max-memory N    bytes that may be used; k, M and G stand for 1024, 1024^2, 1024^3 (default 1G)\n"
@@ -68,6 +69,7 @@ enum {
     OPTION_RESOLUTION,
     OPTION_PROJECTION,
     OPTION_DENSE,
+    OPTION_ALL_PIECES,
     OPTION_THREADS,
     OPTION_CPU_MASK,
     OPTION_MAX_MEMORY,
@@ -89,6 +91,7 @@ static const struct option long_options[] = {
     {"resolution", required_argument, NULL, OPTION_RESOLUTION},
     {"projection", required_argument, NULL, OPTION_PROJECTION},
     {"dense", no_argument, NULL, OPTION_DENSE},
+    {"all-pieces", no_argument, NULL, OPTION_ALL_PIECES},
     {"threads", required_argument, NULL, OPTION_THREADS},
     {"cpu-mask", required_argument, NULL, OPTION_CPU_MASK},
     {"max-memory", required_argument, NULL, OPTION_MAX_MEMORY},
@@ -186,6 +189,9 @@ static int set_flag(int option, dec_options *o) {
         return NSDF_CLI_SUCCESS;
     case OPTION_DENSE:
         o->dense = 1;
+        return NSDF_CLI_SUCCESS;
+    case OPTION_ALL_PIECES:
+        o->all_pieces = 1;
         return NSDF_CLI_SUCCESS;
     case OPTION_JSON:
         o->json = 1;

@@ -20,7 +20,7 @@ typedef struct dec_options {
     uint32_t resolution;         /* 0 = the file's */
     uint32_t projection, threads, cpu_mask, start_number;
     uint64_t max_memory; /* 0 = the library's default */
-    int normals, dense, json;
+    int normals, dense, all_pieces, json;
     int has_format;
     nsdf_mesh_format format;
 } dec_options;

@@ -23,6 +23,8 @@ static const char help_text[] =
     "      --shell T            the surface is an open sheet: give it thickness T, in the input's units\n"
     "      --resolution N       resolution at which players extract by default, and at which the result is verified:\n"
     "                           cells along the longest side, 2 to 4096 (default 192)\n"
+    "      --smallest-piece F   players leave out pieces of the surface smaller than this fraction of the diagonal;\n"
+    "                           0 keeps all (default: half the smallest piece of the input, at most 0.25)\n"
     "      --report FILE.json   write options, times and measured errors\n"
     "      --no-verify          do not decode the file and measure its error\n"
     "      --threads N          0 = one per core (default); the result does not depend on it\n"
@@ -68,6 +70,7 @@ static const char help_text[] =
 
 enum {
     OPT_FPS = 256,
+    OPT_SMALLEST_PIECE,
     OPT_FRAME_STEP,
     OPT_FRAMES,
     OPT_PRESET,
@@ -131,6 +134,7 @@ static const struct option long_options[] = {
     {"preset", required_argument, NULL, OPT_PRESET},
     {"shell", required_argument, NULL, OPT_SHELL},
     {"resolution", required_argument, NULL, OPT_RESOLUTION},
+    {"smallest-piece", required_argument, NULL, OPT_SMALLEST_PIECE},
     {"report", required_argument, NULL, OPT_REPORT},
     {"no-verify", no_argument, NULL, OPT_NO_VERIFY},
     {"threads", required_argument, NULL, OPT_THREADS},
@@ -273,6 +277,8 @@ static int apply_general(enc_options *o, int code, const char *text) {
         return set_double(code, text, &e->shell);
     case OPT_RESOLUTION:
         return set_u32(code, text, &e->resolution);
+    case OPT_SMALLEST_PIECE:
+        return set_double(code, text, &e->smallest_piece);
     case OPT_REPORT:
         o->report = text;
         return 0;

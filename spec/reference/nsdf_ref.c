@@ -130,8 +130,8 @@ static void read_preamble(reader *r) {
     take(r, 1);
     if (ref_take_uint(r, 4) != crc32_of(r->data, 12))
         fail(r->ctx, REF_CHECKSUM, "the CRC of the preamble differs");
-    if (minor != 2)
-        fail(r->ctx, REF_UNSUPPORTED_VERSION, "the minor version is not 2");
+    if (minor != 3)
+        fail(r->ctx, REF_UNSUPPORTED_VERSION, "the minor version is not 3");
 }
 
 /* Section 5. */
@@ -193,9 +193,11 @@ static void read_head(reader *r, ref_file *f) {
     }
     f->default_resolution = ref_take_uint(r, 4);
     f->extraction_bound = ref_take_f32(r);
+    f->smallest_piece = ref_take_f32(r);
     ref_demand(r, within(f->scale, 1e-30, 1e30), "HEAD: scale is out of range");
     ref_demand(r, within(f->default_resolution, 2, 4096), "HEAD: default_resolution is out of range");
     ref_demand(r, f->extraction_bound > 0.0f && f->extraction_bound <= 1e6f, "HEAD: extraction_bound is out of range");
+    ref_demand(r, within((double)f->smallest_piece, 0, 64), "HEAD: smallest_piece is out of range");
 }
 
 /* Section 7. `before` is the end of the INDX chunk. */

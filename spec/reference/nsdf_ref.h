@@ -83,6 +83,7 @@ typedef struct ref_file {
     float domain_min[3], domain_max[3];
     uint32_t default_resolution;
     float extraction_bound;
+    float smallest_piece;
     uint64_t file_size;
     ref_segment *segments;
     void *blocks; /* all memory that the file owns */

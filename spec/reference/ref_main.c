@@ -41,8 +41,8 @@ static void print_head(const ref_file *f) {
     printf("centre %.9g %.9g %.9g\nscale %.9g\n", f->centre[0], f->centre[1], f->centre[2], f->scale);
     printf("domain %.6g %.6g %.6g to %.6g %.6g %.6g\n", (double)f->domain_min[0], (double)f->domain_min[1],
            (double)f->domain_min[2], (double)f->domain_max[0], (double)f->domain_max[1], (double)f->domain_max[2]);
-    printf("resolution %" PRIu32 "\nbound %.6g\nbytes %" PRIu64 "\n", f->default_resolution,
-           (double)f->extraction_bound, f->file_size);
+    printf("resolution %" PRIu32 "\nbound %.6g\nsmallest piece %.6g\nbytes %" PRIu64 "\n", f->default_resolution,
+           (double)f->extraction_bound, (double)f->smallest_piece, f->file_size);
 }
 
 static int print_segments(const ref_file *f) {

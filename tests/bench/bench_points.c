@@ -36,6 +36,7 @@ static nsdf_mesher_job job_of(const nsdf_decoder *decoder, uint32_t resolution, 
     job.scale = header->scale;
     job.resolution = resolution;
     job.bound = header->extraction_bound;
+    job.smallest_piece = header->smallest_piece;
     job.normals = options.normals != 0;
     job.projection = options.projection;
     return job;

@@ -12,6 +12,7 @@ static nsdf_file_header example_header(void) {
     }
     h.default_resolution = 64;
     h.extraction_bound = 1.25f;
+    h.smallest_piece = 0.125f;
     return h;
 }
 
@@ -231,9 +232,12 @@ static void every_header_field_is_validated(void **state) {
     EXPECT_BAD(extraction_bound, 0.0f, 124);
     EXPECT_BAD(extraction_bound, NAN, 124);
     EXPECT_BAD(extraction_bound, 2e6f, 124);
+    EXPECT_BAD(smallest_piece, -0.01f, 128);
+    EXPECT_BAD(smallest_piece, 65.0f, 128);
+    EXPECT_BAD(smallest_piece, NAN, 128);
 }
 
-enum { INDEX_SEGMENTS = 3, INDEX_START = 16 + 148 + 20 + 8 + 3 * 32 };
+enum { INDEX_SEGMENTS = 3, INDEX_START = 16 + 152 + 20 + 8 + 3 * 32 };
 
 /* An index of three segments over nine frames, as INDX's payload, after `change` was made to it. */
 static nsdf_parse read_changed_index(size_t offset, uint64_t value, size_t size, nsdf_fault *fault) {
@@ -297,7 +301,7 @@ static void a_single_frame_has_an_index_of_its_own_kind(void **state) {
     nsdf_index_entry entry;
     uint64_t file_size = 0;
     make_example(&file);
-    uint8_t *payload = file.data + 16 + 148 + 16;
+    uint8_t *payload = file.data + 16 + 152 + 16;
     assert_int_equal(nsdf_read_index(payload, 40, &h, &entry, &file_size, NULL), NSDF_PARSE_OK);
     assert_true(file_size == file.size && entry.first_frame == 0 && entry.last_frame == 0);
     assert_true(entry.offset + entry.size + NSDF_CHUNK_OVERHEAD == file.size);

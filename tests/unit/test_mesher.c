@@ -42,6 +42,13 @@ static double two_spheres(const double p[3]) {
     return fmin(length3(p[0] - 0.25, p[1], p[2]) - 0.17, length3(p[0] + 0.25, p[1] - 0.02, p[2]) - 0.19);
 }
 
+/* The sphere, a bubble of radius 0.06 in it, and a speck of radius 0.04 beside it. */
+static double speck_and_bubble(const double p[3]) {
+    const double bubble = length3(p[0] - 0.05, p[1], p[2] + 0.06) - 0.06,
+                 speck = length3(p[0], p[1] - 0.43, p[2]) - 0.04;
+    return fmin(fmax(sphere(p), -bubble), speck);
+}
+
 static double gyroid(const double p[3]) {
     const double k = 14;
     return (sin(k * p[0]) * cos(k * p[1]) + sin(k * p[1]) * cos(k * p[2]) + sin(k * p[2]) * cos(k * p[0])) / (2 * k);
@@ -319,6 +326,29 @@ static void sparse_equals_dense_for_distances(void **state) {
     }
     bench_end(&sparse);
     bench_end(&dense);
+}
+
+static void pieces_below_the_smallest_are_left_out(void **state) {
+    (void)state;
+    bench all, sphere_only;
+    bench_start(&all, 2);
+    bench_start(&sphere_only, 2);
+    all.job.resolution = sphere_only.job.resolution = 64;
+    assert_int_equal(bench_run(&sphere_only, sphere), NSDF_OK);
+    assert_int_equal(bench_run(&all, speck_and_bubble), NSDF_OK);
+    assert_int_equal(assert_closed_manifold(&all.mesh), 6);
+    all.job.smallest_piece = 0.17f; /* the boxes' diagonals are close to 0.14, 0.21 and 1.07 */
+    assert_int_equal(bench_run(&all, speck_and_bubble), NSDF_OK);
+    assert_int_equal(assert_closed_manifold(&all.mesh), 4);
+    all.job.smallest_piece = 0.25f;
+    assert_int_equal(bench_run(&all, speck_and_bubble), NSDF_OK);
+    assert_same_mesh(&all.mesh, &sphere_only.mesh);
+    all.job.smallest_piece = 1.2f;
+    assert_int_equal(bench_run(&all, speck_and_bubble), NSDF_OK);
+    assert_int_equal(all.mesh.vertex_count, 0);
+    assert_int_equal(all.mesh.triangle_count, 0);
+    bench_end(&all);
+    bench_end(&sphere_only);
 }
 
 static void threads_do_not_change_the_mesh(void **state) {
@@ -611,6 +641,7 @@ int main(void) {
         cmocka_unit_test(vertices_end_on_the_zero_set_with_its_normals),
         cmocka_unit_test(no_vertex_moves_further_than_half_a_cell),
         cmocka_unit_test(sparse_equals_dense_for_distances),
+        cmocka_unit_test(pieces_below_the_smallest_are_left_out),
         cmocka_unit_test(threads_do_not_change_the_mesh),
         cmocka_unit_test(meshes_are_closed_at_every_resolution_and_in_every_domain),
         cmocka_unit_test(surfaces_that_leave_the_domain_are_closed_at_its_border),

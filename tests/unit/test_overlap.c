@@ -185,6 +185,45 @@ static void test_hidden_surfaces_leave_no_trace(void **state) {
     free_frame(&frame);
 }
 
+/* ---- How small pieces are ------------------------------------------------------------------------------- */
+
+static float smallest_piece(nsdf_frame *frame) {
+    assert_int_equal(nsdf_frame_find_smallest_piece(frame), 0);
+    return frame->smallest_piece;
+}
+
+static void test_the_smallest_piece_is_measured(void **state) {
+    const float whole = 2.0f * (float)radius * sqrtf(3.0f);
+    nsdf_frame apart = make_spheres(2, 0.6), together = make_spheres(2, 0.24);
+    (void)state;
+    assert_float_equal(smallest_piece(&apart), whole, 0.01);
+    assert_float_equal(smallest_piece(&together), whole, 0.01); /* although each is seen in part only */
+    for (uint32_t v = 0; v < apart.surface.vertex_count / 2; v++)
+        for (size_t k = 0; k < 3; k++)
+            apart.surface.positions[3 * v + k] *= 0.5f;
+    assert_float_equal(smallest_piece(&apart), 0.5f * whole, 0.01);
+    free_frame(&apart);
+    free_frame(&together);
+}
+
+static void test_hidden_pieces_do_not_count(void **state) {
+    nsdf_frame frame = make_spheres(2, 0.0);
+    (void)state;
+    for (uint32_t v = 0; v < frame.surface.vertex_count / 2; v++)
+        for (size_t k = 0; k < 3; k++)
+            frame.surface.positions[3 * v + k] *= 0.5f;
+    free(frame.outer.indices);
+    memset(&frame.outer, 0, sizeof frame.outer);
+    assert_int_equal(nsdf_frame_find_outer(&frame), 0);
+    assert_true(frame.outer.triangle_count == frame.surface.triangle_count / 2);
+    assert_float_equal(smallest_piece(&frame), 2.0f * (float)radius * sqrtf(3.0f), 0.01);
+    nsdf_frames frames = {.frames = &frame, .count = 1};
+    assert_float_equal(nsdf_frames_smallest_piece(&frames), NSDF_LARGEST_SPECK, 0.0);
+    frame.smallest_piece = 0.1f;
+    assert_float_equal(nsdf_frames_smallest_piece(&frames), 0.05f, 0.0);
+    free_frame(&frame);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_triangles_inside_of_the_other_sphere_are_left_out),
@@ -193,6 +232,8 @@ int main(void) {
         cmocka_unit_test(test_distance_outside_is_that_to_the_nearer_sphere),
         cmocka_unit_test(test_distance_is_negative_everywhere_inside),
         cmocka_unit_test(test_hidden_surfaces_leave_no_trace),
+        cmocka_unit_test(test_the_smallest_piece_is_measured),
+        cmocka_unit_test(test_hidden_pieces_do_not_count),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

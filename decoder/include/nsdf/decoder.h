@@ -182,6 +182,8 @@ typedef struct nsdf_info {
     double domain_min[3], domain_max[3]; /* where the field is defined and surfaces are looked for; world units */
     uint32_t default_resolution;         /* cells along the longest side of the domain */
     double extraction_bound;             /* see nsdf_mesh_options.dense */
+    double smallest_piece;               /* world units: connected pieces of meshes whose box has a shorter diagonal are
+                                            left out, being smaller than any of the input; 0 = none */
     uint64_t parameter_count;            /* over all segments; 0 until each was loaded once (nsdf_get_segment_info) */
     uint64_t parameter_hash;             /* of the dequantised parameters of all segments */
     nsdf_quality quality;
@@ -242,6 +244,7 @@ typedef struct nsdf_mesh_options {
                             give the same mesh */
     int (*cancel)(void *user); /* called now and then on the calling thread; nonzero stops with NSDF_CANCELLED */
     void *cancel_user;
+    uint32_t all_pieces; /* nonzero: keep connected pieces smaller than nsdf_info.smallest_piece too */
 } nsdf_mesh_options;
 
 NSDF_API void nsdf_mesh_options_init(nsdf_mesh_options *options);

@@ -100,8 +100,11 @@ typedef struct nsdf_encoder_options {
                            quantiser, applied afterwards (4.13, 4.14) */
     nsdf_entropy_coder entropy;
     /* output */
-    uint32_t resolution; /* stored default resolution; default 192 */
-    int verify;          /* decode the file, measure and store its error; default on */
+    uint32_t resolution;   /* stored default resolution; default 192 */
+    double smallest_piece; /* stored: decoders leave out pieces of the surface whose box has a shorter diagonal;
+                              fraction of the diagonal, up to 1; 0 = none; default -1: half the smallest piece of the
+                              input, at most 1/4 */
+    int verify;            /* decode the file, measure and store its error; default on */
 } nsdf_encoder_options;
 
 /* Sets every field for a preset. */
