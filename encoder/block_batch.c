@@ -9,8 +9,7 @@ static size_t cells_of(const nsdf_block_frame *f) {
 
 int nsdf_block_batch_create(nsdf_block_batch *b, uint32_t points, uint32_t blocks, const nsdf_block_frame *frame) {
     const size_t n = (size_t)points + NSDF_HIT_LANES;
-    float **arrays[] = {&b->x,         &b->y,         &b->z,         &b->d,      &b->emphasis,
-                        &b->sorted[0], &b->sorted[1], &b->sorted[2], &b->weight, &b->value};
+    float **arrays[] = {&b->x, &b->y, &b->z, &b->d, &b->sorted[0], &b->sorted[1], &b->sorted[2], &b->weight, &b->value};
     int ok = 1;
     memset(b, 0, sizeof *b);
     b->capacity = points;
@@ -26,9 +25,9 @@ int nsdf_block_batch_create(nsdf_block_batch *b, uint32_t points, uint32_t block
 }
 
 void nsdf_block_batch_free(nsdf_block_batch *b) {
-    void *arrays[] = {b->x,         b->y,      b->z,      b->d,      b->emphasis, b->sorted[0], b->sorted[1],
-                      b->sorted[2], b->weight, b->value,  b->source, b->start,    b->first,     b->point,
-                      b->hit[0],    b->hit[1], b->hit[2], b->hit[3], b->hit[4]};
+    void *arrays[] = {b->x,         b->y,      b->z,      b->d,      b->sorted[0], b->sorted[1],
+                      b->sorted[2], b->weight, b->value,  b->source, b->start,     b->first,
+                      b->point,     b->hit[0], b->hit[1], b->hit[2], b->hit[3],    b->hit[4]};
     for (size_t i = 0; i < sizeof arrays / sizeof *arrays; i++)
         free(arrays[i]);
     memset(b, 0, sizeof *b);

@@ -9,7 +9,7 @@ enum { NSDF_HIT_LANES = 16, NSDF_HIT_ARRAYS = 5 };
 
 typedef struct nsdf_block_batch {
     uint32_t count, capacity;
-    float *x, *y, *z, *d, *emphasis; /* [count]: samples as they were added; how much their loss counts */
+    float *x, *y, *z, *d; /* [count]: samples as they were added */
     /* The same in the order of cells, and what the passes make of them; one more stands for no point. */
     float *sorted[3];
     uint32_t *source;      /* [count]: which sample it was */
@@ -50,13 +50,12 @@ const nsdf_block_passes *nsdf_block_passes_avx512(void); /* the same */
 int nsdf_block_batch_create(nsdf_block_batch *batch, uint32_t points, uint32_t blocks, const nsdf_block_frame *frame);
 void nsdf_block_batch_free(nsdf_block_batch *batch);
 
-static inline void nsdf_block_batch_add(nsdf_block_batch *b, float x, float y, float z, float d, float emphasis) {
+static inline void nsdf_block_batch_add(nsdf_block_batch *b, float x, float y, float z, float d) {
     const uint32_t i = b->count++;
     b->x[i] = x;
     b->y[i] = y;
     b->z[i] = z;
     b->d[i] = d;
-    b->emphasis[i] = emphasis;
 }
 
 /* Sorts the points and finds the hits at the frame's time.  Returns 0, or -1 when memory ran out. */

@@ -1,7 +1,7 @@
 #include "block_fit.h"
 
 #include "block_batch.h"
-#include "block_search.h"
+#include "block_rate.h"
 #include "frame_order.h"
 #include "optimiser.h"
 
@@ -16,13 +16,6 @@ static const double coefficient_rate = 1e-4, pose_rate = 2e-4;
 static const float weight_distance = 0.005f, safe_share = 0.25f;
 static const double rounding_share = 0.3; /* of the steps, at the end, see rounded values */
 static const float least_denominator = 2e-9f;
-
-/* When the surface is searched for places away from the input, as shares of the steps; what counts as away, and the
- * weight of a sample there: it is wrong at one frame, and most others that its blocks see are right. */
-static const double searches[] = {0.5, 0.8};
-enum { SEARCHES = sizeof searches / sizeof *searches, SEARCH_RESOLUTION = 128, REPAIRS = 2, REPAIR_RESOLUTION = 192 };
-static const double repair_share = 0.04, repair_rate = 0.1;
-static const float search_tolerance = 0.006f, hard_weight = 8.0f;
 
 /* What a slot (one frame of a batch) works with. */
 typedef struct {
@@ -48,7 +41,6 @@ typedef struct {
     float *gradient, *rounded; /* [value_count] */
     float *bone_scratch;
     const float *active;
-    nsdf_sample_set *hard; /* [frame] */
     double near_error;
 } state;
 
@@ -66,7 +58,6 @@ static void free_state(state *s) {
     free(s->gradient);
     free(s->rounded);
     free(s->bone_scratch);
-    nsdf_block_hard_free(s->hard, s->job->frame_count);
     nsdf_adam_free(&s->terms);
     nsdf_adam_free(&s->poses);
 }
@@ -75,10 +66,10 @@ static int create_slot(slot *sl, const nsdf_fit_job *job, const nsdf_block_model
     const size_t k = model->desc.block_count;
     sl->terms = malloc(sizeof *sl->terms * k);
     sl->poses = malloc(sizeof *sl->poses * k);
-    const uint32_t points = job->options->batch_points + NSDF_BLOCK_MOST_HARD;
     return sl->terms && sl->poses &&
                    nsdf_block_frame_create(&sl->at, model, job->header->domain_min, job->header->domain_max) == 0 &&
-                   nsdf_block_batch_create(&sl->batch, points, model->desc.block_count, &sl->at) == 0
+                   nsdf_block_batch_create(&sl->batch, job->options->batch_points, model->desc.block_count, &sl->at) ==
+                       0
                ? 0
                : -1;
 }
@@ -92,10 +83,9 @@ static int create_state(state *s, const nsdf_fit_job *job, nsdf_block_model *mod
     s->slots = calloc(job->options->batch_frames, sizeof *s->slots);
     s->gradient = calloc(model->value_count, sizeof(float));
     s->rounded = calloc(model->value_count, sizeof(float));
-    s->hard = nsdf_block_hard_create(job->frame_count);
     s->bone_scratch = calloc(12 * (size_t)model->desc.bone_count, sizeof(float));
     int ok = nsdf_frame_order_create(&s->order, job->frame_count) == 0 && s->slots && s->gradient && s->rounded &&
-             s->bone_scratch && s->hard && nsdf_adam_create(&s->terms, model->term_count) == 0 &&
+             s->bone_scratch && nsdf_adam_create(&s->terms, model->term_count) == 0 &&
              nsdf_adam_create(&s->poses, model->pose_count) == 0;
     for (uint32_t i = 0; ok && i < job->options->batch_frames; i++)
         ok = create_slot(&s->slots[i], job, model) == 0;
@@ -105,16 +95,14 @@ static int create_state(state *s, const nsdf_fit_job *job, nsdf_block_model *mod
 
 /* ---- One step -------------------------------------------------------------------------------------------- */
 
-/* The samples of a slot: some of the frame's, and those that were found hard. */
+/* The samples of a slot: some of the frame's. */
 static void fill_batch(const state *s, slot *sl) {
-    const nsdf_sample_set *set = &s->job->samples[sl->frame], *hard = &s->hard[sl->frame];
+    const nsdf_sample_set *set = &s->job->samples[sl->frame];
     const size_t wanted = s->job->options->batch_points, stride = set->count > wanted ? set->count / wanted : 1;
     nsdf_block_batch *b = &sl->batch;
     b->count = 0;
     for (size_t i = sl->first % stride; i < set->count && b->count < wanted; i += stride)
-        nsdf_block_batch_add(b, set->x[i], set->y[i], set->z[i], set->d[i], 1.0f);
-    for (size_t i = 0; i < hard->count; i++)
-        nsdf_block_batch_add(b, hard->x[i], hard->y[i], hard->z[i], hard->d[i], hard_weight);
+        nsdf_block_batch_add(b, set->x[i], set->y[i], set->z[i], set->d[i]);
 }
 
 /* f and dL/df at the points that some ball holds: the others do not count. */
@@ -129,11 +117,11 @@ static void differentiate(slot *sl, float scale) {
         const float f = b->value[i] / sum;
         const float side = d < 0.0f ? -f : f;
         const float weight = side < safe_share * fabsf(d) ? 1.0f : weight_distance / (weight_distance + fabsf(d));
-        const float share = scale * b->emphasis[b->source[i]] * weight / sum;
+        const float share = scale * weight / sum;
         b->value[i] = f;
         b->weight[i] = f > d ? share : -share;
         sl->points++;
-        if (fabsf(d) < NSDF_NEAR_LIMIT && b->emphasis[b->source[i]] == 1.0f) {
+        if (fabsf(d) < NSDF_NEAR_LIMIT) {
             sl->sums.near_error += (double)fabsf(f - d);
             sl->sums.near_count++;
         }
@@ -207,6 +195,7 @@ static int one_step(state *s, double schedule, int rounding) {
     nsdf_workers_run(s->job->workers, s->job->options->batch_frames, run_slot, s);
     if (gather(s) != 0)
         return -1;
+    nsdf_block_add_rate(m, s->active, s->job->options->motion_rate, s->gradient);
     nsdf_adam_step(&s->terms, m->values + m->term_offset, s->gradient + m->term_offset, coefficient_rate * schedule);
     nsdf_adam_step(&s->poses, m->values + m->pose_offset, s->gradient + m->pose_offset, pose_rate * schedule);
     return 0;
@@ -228,24 +217,20 @@ static int report(const state *s, double began, nsdf_fit_result *result) {
     return answer;
 }
 
-static int search(state *s, uint32_t resolution, nsdf_fit_result *result) {
-    return nsdf_block_search(s->job, s->model, resolution, search_tolerance, s->hard, &result->strays);
-}
-
-/* Steps until `until`; the rate follows the schedule, or stays at `rate` if that is not 0.  Returns what progress
- * answered, or -1 on failure. */
-static int go_on(state *s, uint64_t until, double rate, double began, nsdf_fit_result *result) {
+/* All steps.  Returns what progress answered, or -1 on failure. */
+static int fit_steps(state *s, nsdf_fit_result *result) {
     const uint64_t steps = s->job->options->steps;
     const uint64_t rounding_from = (uint64_t)((1.0 - rounding_share) * (double)steps);
-    double reported = nsdf_clock();
-    while (result->steps < until) {
-        const double schedule = rate > 0.0 ? rate : nsdf_rate_schedule(result->steps, steps, 1.0);
+    const double began = nsdf_clock();
+    double reported = began;
+    while (result->steps < steps) {
+        const double schedule = nsdf_rate_schedule(result->steps, steps, 1.0);
         if (one_step(s, schedule, result->steps >= rounding_from) != 0)
             return -1;
         result->steps++;
         for (uint32_t i = 0; i < s->job->options->batch_frames; i++)
             result->samples += s->slots[i].points;
-        if (nsdf_clock() - reported < 0.1 && result->steps < until)
+        if (nsdf_clock() - reported < 0.1 && result->steps < steps)
             continue;
         reported = nsdf_clock();
         const int answer = report(s, began, result);
@@ -255,34 +240,12 @@ static int go_on(state *s, uint64_t until, double rate, double began, nsdf_fit_r
     return NSDF_CONTINUE;
 }
 
-/* All steps, with searches between them, and a few more while a last search finds something. */
-static int fit_steps(state *s, nsdf_fit_result *result) {
-    const uint64_t steps = s->job->options->steps;
-    const double began = nsdf_clock();
-    int answer = NSDF_CONTINUE;
-    for (int i = 0; i <= SEARCHES && answer == NSDF_CONTINUE; i++) {
-        const uint64_t until = i < SEARCHES ? (uint64_t)(searches[i] * (double)steps) : steps;
-        answer = go_on(s, until, 0.0, began, result);
-        if (answer == NSDF_CONTINUE && i < SEARCHES && s->job->options->hard_samples &&
-            search(s, SEARCH_RESOLUTION, result) != 0)
-            return -1;
-    }
-    for (int i = 0; i < REPAIRS && answer == NSDF_CONTINUE && s->job->options->hard_samples; i++) {
-        if (search(s, REPAIR_RESOLUTION, result) != 0)
-            return -1;
-        if (result->strays == 0)
-            break;
-        answer = go_on(s, result->steps + (uint64_t)(repair_share * (double)steps) + 1, repair_rate, began, result);
-    }
-    return answer < 0 ? -1 : 0;
-}
-
 int nsdf_block_fit_run(const nsdf_fit_job *job, nsdf_block_model *model, nsdf_fit_result *result) {
     state s;
     memset(result, 0, sizeof *result);
     int failed = create_state(&s, job, model);
     if (!failed)
-        failed = fit_steps(&s, result);
+        failed = fit_steps(&s, result) < 0;
     if (!failed) {
         nsdf_block_model_round(model, model->values, s.rounded);
         memcpy(model->values, s.rounded, model->value_count * sizeof *s.rounded);

@@ -1,8 +1,23 @@
-/* The inner loops of block_batch.h, included once per instruction set with TARGET (an attribute, or nothing) defined.
+/* The inner loops of block_batch.h, included once per instruction set with TARGET (an attribute, or nothing) defined,
+ * and OWN_APPEND where the instruction set has an append() of its own.
  * Loops over NSDF_HIT_LANES lanes are for the compiler to turn into vectors. */
 #include "block_batch.h"
 
 enum { LANES = NSDF_HIT_LANES };
+#define LEAST_ROOT 1e-4f /* 1 - |u|^2: nearer to the border a point does not count */
+
+#ifndef OWN_APPEND
+/* Adds the first n lanes, points from `from` on, that are inside the ball to the hits; there is room for all lanes. */
+TARGET static uint32_t append(nsdf_block_batch *b, float u[4][LANES], uint32_t from, uint32_t n, uint32_t at) {
+    for (uint32_t l = 0; l < n; l++) {
+        b->point[at] = from + l;
+        for (int i = 0; i < 4; i++)
+            b->hit[i][at] = u[i][l];
+        at += u[3][l] > LEAST_ROOT;
+    }
+    return at;
+}
+#endif
 
 TARGET static uint32_t find(nsdf_block_batch *b, const float m[12], uint32_t from, uint32_t to, uint32_t at) {
     const float *restrict x = b->sorted[0], *restrict y = b->sorted[1], *restrict z = b->sorted[2];
@@ -15,12 +30,7 @@ TARGET static uint32_t find(nsdf_block_batch *b, const float m[12], uint32_t fro
                             m[4 * row + 3];
             u[3][l] = 1.0f - (u[0][l] * u[0][l] + u[1][l] * u[1][l] + u[2][l] * u[2][l]);
         }
-        for (uint32_t l = 0; l < n; l++) {
-            b->point[at] = from + l;
-            for (int i = 0; i < 4; i++)
-                b->hit[i][at] = u[i][l];
-            at += u[3][l] > 1e-4f;
-        }
+        at = append(b, u, from, n, at);
     }
     return at;
 }

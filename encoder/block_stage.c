@@ -1,5 +1,6 @@
 #include "block_stage.h"
 
+#include "block_order.h"
 #include "block_start.h"
 #include "nodes.h"
 #include "register_nodes.h"
@@ -24,7 +25,8 @@ static int start_model(const nsdf_fit_job *job, nsdf_motion *motion, nsdf_block_
     nsdf_block_frame scratch;
     if (nsdf_bones_fit(&bones, motion, o->bones, job->workers) != 0)
         return -1;
-    int failed = nsdf_block_model_create(model, motion, &bones, job->u, o->block_degree, knot_spacing(job), &steps);
+    int failed = nsdf_order_blocks(motion, &bones) != 0 ||
+                 nsdf_block_model_create(model, motion, &bones, job->u, o->block_degree, knot_spacing(job), &steps);
     nsdf_bones_free(&bones);
     if (failed)
         return -1;
@@ -83,17 +85,22 @@ int nsdf_fit_blocks(const nsdf_fit_job *job, nsdf_block_model *model, nsdf_fit_r
     return failed ? -1 : nsdf_block_fit_run(&block_job, model, result);
 }
 
-int nsdf_code_blocks(const nsdf_block_model *model, nsdf_coded_segment *segment) {
-    nsdf_blocks_desc desc = model->desc;
-    const nsdf_tensor_list *list = &desc.list;
-    int32_t *q = malloc(model->value_count * sizeof *q);
-    float *decoded = malloc(model->value_count * sizeof *decoded);
-    int failed = !q || !decoded;
+static int quantise(const nsdf_block_model *model, int32_t *q) {
+    const nsdf_tensor_list *list = &model->desc.list;
+    int failed = 0;
     for (uint32_t t = 0; t < list->count && !failed; t++) {
         const nsdf_array_desc *a = &list->tensors[t].arrays[0];
         const size_t at = nsdf_block_offset(&model->desc, t);
         failed = nsdf_quantise(model->values + at, (size_t)nsdf_array_size(a), a->step, a->offset, q + at);
     }
+    return failed;
+}
+
+int nsdf_code_blocks(const nsdf_block_model *model, nsdf_coded_segment *segment) {
+    nsdf_blocks_desc desc = model->desc;
+    int32_t *q = malloc(model->value_count * sizeof *q);
+    float *decoded = malloc(model->value_count * sizeof *decoded);
+    int failed = !q || !decoded || quantise(model, q) != 0;
     if (!failed) {
         nsdf_write_segment_start(&segment->payload, 1);
         failed = nsdf_write_blocks_part(&segment->payload, &desc, q);
@@ -103,4 +110,38 @@ int nsdf_code_blocks(const nsdf_block_model *model, nsdf_coded_segment *segment)
     free(q);
     free(decoded);
     return failed || segment->payload.failed ? -1 : 0;
+}
+
+/* Bytes of the part, but with all values of tensor `without` the same, which take none. */
+static size_t size_without(const nsdf_block_model *model, const int32_t *q, uint32_t without, int32_t *scratch) {
+    nsdf_blocks_desc desc = model->desc;
+    nsdf_buffer part = {0};
+    memcpy(scratch, q, model->value_count * sizeof *scratch);
+    if (without < desc.list.count)
+        memset(scratch + nsdf_block_offset(&desc, without), 0,
+               (size_t)nsdf_array_size(&desc.list.tensors[without].arrays[0]) * sizeof *scratch);
+    const size_t size = nsdf_write_blocks_part(&part, &desc, scratch) == 0 ? part.size : 0;
+    nsdf_buffer_free(&part);
+    return size;
+}
+
+int nsdf_weigh_blocks(const nsdf_block_model *model, nsdf_block_bytes *bytes) {
+    int32_t *q = malloc(model->value_count * sizeof *q), *scratch = malloc(model->value_count * sizeof *scratch);
+    const int failed = !q || !scratch || quantise(model, q) != 0;
+    const size_t all = failed ? 0 : size_without(model, q, UINT32_MAX, scratch);
+    memset(bytes, 0, sizeof *bytes);
+    for (uint32_t t = 0; t < model->desc.list.count && !failed; t++) {
+        const size_t size = all - size_without(model, q, t, scratch);
+        if (t <= NSDF_BLOCK_LIVES)
+            bytes->places += size;
+        else if (t <= NSDF_BLOCK_WEIGHTS)
+            bytes->influences += size;
+        else if (t <= NSDF_BLOCK_POSES)
+            bytes->motion += size;
+        else
+            bytes->shapes += size;
+    }
+    free(q);
+    free(scratch);
+    return failed ? -1 : 0;
 }

@@ -11,4 +11,7 @@ int nsdf_fit_blocks(const nsdf_fit_job *job, nsdf_block_model *model, nsdf_fit_r
 /* As nsdf_code_segment. */
 int nsdf_code_blocks(const nsdf_block_model *model, nsdf_coded_segment *segment);
 
+/* Where the coded bytes go.  Returns 0, or -1 when memory ran out. */
+int nsdf_weigh_blocks(const nsdf_block_model *model, nsdf_block_bytes *bytes);
+
 #endif

@@ -7,9 +7,10 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* Samples of a sequence together, when the number per frame is left to us. */
-static const double sample_budget = 8e6;
-static const double fewest_samples = 8192, most_samples = 400000;
+/* Samples of a sequence together, when the number per frame is left to us; blocks, which start from the surface, need
+ * fewer. */
+static const double sample_budget = 8e6, sample_budget_blocks = 4e6;
+static const double fewest_samples = 8192, most_samples = 400000, most_samples_blocks = 48000;
 
 typedef struct {
     const nsdf_dataset_job *job;
@@ -32,8 +33,9 @@ void nsdf_dataset_free(nsdf_dataset *dataset) {
 static uint32_t samples_per_frame(const nsdf_encoder_options *o, uint32_t frames) {
     if (o->samples_per_frame)
         return o->samples_per_frame;
-    double n = sample_budget / (double)frames;
-    return (uint32_t)(n < fewest_samples ? fewest_samples : n > most_samples ? most_samples : n);
+    const double most = o->blocks > 0 ? most_samples_blocks : most_samples;
+    const double n = (o->blocks > 0 ? sample_budget_blocks : sample_budget) / (double)frames;
+    return (uint32_t)(n < fewest_samples ? fewest_samples : n > most ? most : n);
 }
 
 static int has_inside(const nsdf_sample_set *set) {

@@ -14,6 +14,11 @@
 /* The domain is the sequence's box, larger by this fraction of the diagonal on every side. */
 static const double domain_margin = 0.02;
 static const float provisional_bound = 64.0f;
+static const float largest_speck = 0.125f;
+/* A piece of this share of the input's smallest one is part of the surface, if badly fitted. */
+static const float true_share = 0.75f;
+/* Specks at other times than the frames', and at other resolutions, are a little larger. */
+static const float speck_margin = 1.1f;
 
 /* While verification finds stray pieces, fitting goes on a little, so many times at the most. */
 enum { MEND_ROUNDS = 3 };
@@ -32,6 +37,7 @@ struct nsdf_encoder {
     /* What was measured last, and the hash of the decoded parameters that it was measured with. */
     int measured;
     uint64_t measured_hash;
+    float measured_piece; /* header.smallest_piece then */
     nsdf_quality_record quality;
 };
 
@@ -126,8 +132,6 @@ static nsdf_status sample(run *r) {
     if (status != NSDF_OK)
         return status;
     nsdf_dataset_normalise(&r->dataset, &r->encoder->options, &r->encoder->model.desc);
-    const double asked = r->encoder->options.smallest_piece;
-    r->encoder->header.smallest_piece = asked < 0.0 ? nsdf_frames_smallest_piece(frames) : (float)asked;
     for (uint32_t i = 0; i < frames->count; i++) {
         stats->open_edges += frames->frames[i].open_edges;
         stats->open_frames += frames->frames[i].open_edges > 0;
@@ -184,10 +188,18 @@ static nsdf_status fit(run *r) {
     return fitted(r, nsdf_fit_run(&job, r->encoder->parameters, &r->fit));
 }
 
+/* Half of the input's smallest piece, so that decoded ones may be smaller, but not so large that a piece that a coarse
+ * grid cuts off would go. */
+static float smallest_piece(const run *r) {
+    const double asked = r->encoder->options.smallest_piece;
+    return asked < 0.0 ? fminf(0.5f * nsdf_frames_smallest_piece(&r->encoder->frames), largest_speck) : (float)asked;
+}
+
 static nsdf_status code(run *r) {
     const nsdf_encoder_options *o = &r->encoder->options;
     nsdf_quantise_params quantise = {o->weight_bits, 1};
     r->segment.payload.size = 0;
+    r->encoder->header.smallest_piece = smallest_piece(r);
     if (r->encoder->blocks.values) {
         if (nsdf_code_blocks(&r->encoder->blocks, &r->segment) == 0 &&
             nsdf_assemble_file(&r->encoder->header, &r->segment, NULL, &r->encoder->file) == 0)
@@ -215,6 +227,38 @@ static nsdf_status assemble(run *r, const nsdf_quality_record *quality) {
     return NSDF_OK;
 }
 
+/* Pieces astray that are smaller than all true ones, and than the input's, can be left out as specks.  Whether that is
+ * so, and the header says it now. */
+static int can_leave_out(run *r, const nsdf_piece_report *pieces) {
+    const float size = pieces->largest_stray * speck_margin;
+    const float most = fminf(pieces->smallest_true, true_share * nsdf_frames_smallest_piece(&r->encoder->frames));
+    if (r->encoder->options.smallest_piece >= 0.0 || pieces->stray == 0 || !(size < most))
+        return 0;
+    r->encoder->header.smallest_piece = size;
+    return 1;
+}
+
+static void forget_strays(run *r) {
+    for (uint32_t i = 0; r->strays && i < r->encoder->frames.count; i++)
+        nsdf_sample_set_free(&r->strays[i]);
+    if (r->strays)
+        memset(r->strays, 0, r->encoder->frames.count * sizeof *r->strays);
+}
+
+static nsdf_status verify(run *r, const nsdf_check_job *job) {
+    nsdf_encoder *e = r->encoder;
+    nsdf_piece_report pieces;
+    nsdf_status status = nsdf_verify_file(job, r->workers, &e->file, &e->quality, &pieces, r->strays, r->error);
+    if (status == NSDF_OK && can_leave_out(r, &pieces)) {
+        forget_strays(r);
+        status = assemble(r, NULL);
+        if (status == NSDF_OK)
+            status = nsdf_verify_file(job, r->workers, &e->file, &e->quality, &pieces, r->strays, r->error);
+    }
+    e->stats.stray_pieces = pieces.stray;
+    return status;
+}
+
 /* Finds the bound and, when verifying, the error. */
 static nsdf_status measure(run *r, double *seconds_bound) {
     nsdf_encoder *e = r->encoder;
@@ -227,9 +271,10 @@ static nsdf_status measure(run *r, double *seconds_bound) {
     if (status == NSDF_OK)
         status = assemble(r, NULL);
     if (status == NSDF_OK && e->options.verify)
-        status = nsdf_verify_file(&job, r->workers, &e->file, &e->quality, &e->stats.stray_pieces, r->strays, r->error);
+        status = verify(r, &job);
     e->measured = status == NSDF_OK;
     e->measured_hash = r->segment.hash;
+    e->measured_piece = e->header.smallest_piece;
     return status;
 }
 
@@ -239,18 +284,13 @@ static nsdf_status check(run *r, double *seconds_bound) {
     nsdf_status status = NSDF_OK;
     if (!e->measured || e->measured_hash != r->segment.hash)
         status = measure(r, seconds_bound);
+    else
+        e->header.smallest_piece = e->measured_piece;
     if (status == NSDF_OK && e->options.verify) {
         copy_quality(&e->quality, &e->stats.quality);
         status = assemble(r, &e->quality);
     }
     return status;
-}
-
-static void forget_strays(run *r) {
-    for (uint32_t i = 0; r->strays && i < r->encoder->frames.count; i++)
-        nsdf_sample_set_free(&r->strays[i]);
-    if (r->strays)
-        memset(r->strays, 0, r->encoder->frames.count * sizeof *r->strays);
 }
 
 static nsdf_status code_and_check(run *r) {
@@ -335,6 +375,8 @@ nsdf_status nsdf_encoder_run(nsdf_encoder *encoder, nsdf_progress_fn progress, v
     stats->blocks = encoder->blocks.desc.block_count;
     stats->bones = encoder->blocks.desc.bone_count;
     stats->parameters = encoder->blocks.values ? encoder->blocks.value_count : encoder->model.parameter_count;
+    if (status == NSDF_OK && encoder->blocks.values && nsdf_weigh_blocks(&encoder->blocks, &stats->block_bytes) != 0)
+        status = nsdf_encoder_fail(error, NSDF_NO_MEMORY, "out of memory");
     end_run(&r, status);
     return status;
 }

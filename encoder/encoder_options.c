@@ -28,8 +28,9 @@ static nsdf_encoder_options common_options(void) {
     o.block_degree = 2;
     o.block_overlap = 5.0;
     o.block_knot_spacing = 2.0;
-    o.pose_step = 5e-4;
-    o.coefficient_step = 5e-4;
+    o.pose_step = 1.5e-4;
+    o.coefficient_step = 3e-4;
+    o.motion_rate = 3e-5;
     o.block_points = 4096;
     o.d_half = 0.01;
     o.hard_samples = 1;
@@ -70,22 +71,24 @@ static void thesis_options(nsdf_encoder_options *o) {
 void nsdf_encoder_options_init(nsdf_encoder_options *options, nsdf_preset preset) {
     nsdf_encoder_options o = common_options();
     o.steps = 16000;
-    o.block_steps = 4500;
+    o.block_steps = 8000;
     if (preset == NSDF_PRESET_MEDIUM) {
         o.steps = 40000;
         o.blocks = 1500;
-        o.bones = 100;
-        o.block_steps = 30000;
-        o.pose_step = 3.5e-4;
-        o.coefficient_step = 3e-4;
+        o.bones = 80;
+        o.block_steps = 36000;
+        o.pose_step = 1e-4;
+        o.coefficient_step = 2e-4;
+        o.motion_rate = 1e-5;
     }
     if (preset == NSDF_PRESET_SLOW) {
         o.steps = 100000;
         o.blocks = 3000;
         o.bones = 160;
         o.block_steps = 150000;
-        o.pose_step = 2e-4;
-        o.coefficient_step = 2e-4;
+        o.pose_step = 7e-5;
+        o.coefficient_step = 1e-4;
+        o.motion_rate = 4e-6;
         o.width = 128;
         o.learning_rate = 1e-3;
     }
@@ -129,6 +132,7 @@ static nsdf_status check_model(const nsdf_encoder_options *o, nsdf_encoder_error
         {"radius of the blocks", o->block_radius, 0, 0.5},
         {"knot spacing of the blocks", o->block_knot_spacing, 0.25, 1e6},
         {"pose step", o->pose_step, 1e-7, 0.1},
+        {"motion rate", o->motion_rate, 0, 1},
         {"coefficient step", o->coefficient_step, 1e-7, 0.1},
     };
     nsdf_status status = check_ranges(ranges, sizeof ranges / sizeof *ranges, error);

@@ -44,15 +44,15 @@ int nsdf_frame_orient(nsdf_frame *frame, int shell);
 /* Finds frame->outer of an oriented frame that is not a shell.  Returns 0, or -1 when memory ran out. */
 int nsdf_frame_find_outer(nsdf_frame *frame);
 
-/* A decoded piece of this size, as a fraction of the diagonal, is never taken for a speck. */
-#define NSDF_LARGEST_SPECK 0.25f
+/* sizes[i] gets the diagonal of the box of piece i < count; piece[triangle] as nsdf_surface_components numbers them.
+ * Returns 0, or -1 when memory ran out. */
+int nsdf_piece_sizes(const nsdf_surface *surface, const uint32_t *piece, uint32_t count, float *sizes);
 
 /* Finds frame->smallest_piece of a frame whose outside is known; equal positions count as one vertex.  Returns 0, or -1
  * when memory ran out. */
 int nsdf_frame_find_smallest_piece(nsdf_frame *frame);
 
-/* Half the size of the smallest piece of all frames, at most NSDF_LARGEST_SPECK: decoded pieces below it are not part
- * of the surface. */
+/* The least frame->smallest_piece. */
 float nsdf_frames_smallest_piece(const nsdf_frames *frames);
 
 /* What counts of a frame: its outer triangles. */

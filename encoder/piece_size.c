@@ -6,39 +6,44 @@
 #include <stdlib.h>
 #include <string.h>
 
-typedef struct {
-    float low[3], high[3];
-    int outside; /* has a triangle that counts */
-} piece_box;
+static void extend(float box[6], const float position[3]) {
+    for (int a = 0; a < 3; a++) {
+        box[a] = fminf(box[a], position[a]);
+        box[a + 3] = fmaxf(box[a + 3], position[a]);
+    }
+}
 
-static void add_triangle(piece_box *box, const nsdf_surface *s, const uint32_t *triangle) {
-    for (int k = 0; k < 3; k++)
+int nsdf_piece_sizes(const nsdf_surface *surface, const uint32_t *piece, uint32_t count, float *sizes) {
+    float(*boxes)[6] = malloc(((size_t)count + 1) * sizeof *boxes);
+    if (!boxes)
+        return -1;
+    for (uint32_t i = 0; i < count; i++)
         for (int a = 0; a < 3; a++) {
-            const float x = s->positions[3 * (size_t)triangle[k] + (size_t)a];
-            box->low[a] = fminf(box->low[a], x);
-            box->high[a] = fmaxf(box->high[a], x);
+            boxes[i][a] = INFINITY;
+            boxes[i][a + 3] = -INFINITY;
         }
-}
-
-/* Outer triangles are some of the surface's, in the same order. */
-static void mark_outside(piece_box *boxes, const nsdf_frame *frame, const uint32_t *piece) {
-    const nsdf_surface *whole = &frame->surface, *outer = nsdf_frame_outer(frame);
-    for (uint32_t i = 0, k = 0; i < whole->triangle_count && k < outer->triangle_count; i++)
-        if (memcmp(whole->indices + 3 * (size_t)i, outer->indices + 3 * (size_t)k, 3 * sizeof(uint32_t)) == 0) {
-            boxes[piece[i]].outside = 1;
-            k++;
-        }
-}
-
-static float shortest_diagonal(const piece_box *boxes, int64_t count) {
-    float least = INFINITY;
-    for (int64_t i = 0; i < count; i++) {
+    for (size_t i = 0; i < 3 * (size_t)surface->triangle_count; i++)
+        extend(boxes[piece[i / 3]], surface->positions + 3 * (size_t)surface->indices[i]);
+    for (uint32_t i = 0; i < count; i++) {
         float square = 0.0f;
         for (int a = 0; a < 3; a++)
-            square += (boxes[i].high[a] - boxes[i].low[a]) * (boxes[i].high[a] - boxes[i].low[a]);
-        if (boxes[i].outside)
-            least = fminf(least, sqrtf(square));
+            square += (boxes[i][a + 3] - boxes[i][a]) * (boxes[i][a + 3] - boxes[i][a]);
+        sizes[i] = sqrtf(square);
     }
+    free(boxes);
+    return 0;
+}
+
+/* The smallest of those pieces with a triangle on the outside.  Outer triangles are some of the surface's, in the same
+ * order. */
+static float smallest_outside(const nsdf_frame *frame, const uint32_t *piece, const float *sizes) {
+    const nsdf_surface *whole = &frame->surface, *outer = nsdf_frame_outer(frame);
+    float least = INFINITY;
+    for (uint32_t i = 0, k = 0; i < whole->triangle_count && k < outer->triangle_count; i++)
+        if (memcmp(whole->indices + 3 * (size_t)i, outer->indices + 3 * (size_t)k, 3 * sizeof(uint32_t)) == 0) {
+            least = fminf(least, sizes[piece[i]]);
+            k++;
+        }
     return least;
 }
 
@@ -46,24 +51,18 @@ int nsdf_frame_find_smallest_piece(nsdf_frame *frame) {
     const nsdf_surface *s = &frame->surface;
     uint32_t *piece = malloc(((size_t)s->triangle_count + 1) * sizeof *piece);
     const int64_t count = piece ? nsdf_surface_components(s, piece) : -1;
-    piece_box *boxes = count >= 0 ? malloc(((size_t)count + 1) * sizeof *boxes) : NULL;
-    if (boxes) {
-        const piece_box nothing = {{INFINITY, INFINITY, INFINITY}, {-INFINITY, -INFINITY, -INFINITY}, 0};
-        for (int64_t i = 0; i < count; i++)
-            boxes[i] = nothing;
-        for (uint32_t i = 0; i < s->triangle_count; i++)
-            add_triangle(&boxes[piece[i]], s, s->indices + 3 * (size_t)i);
-        mark_outside(boxes, frame, piece);
-        frame->smallest_piece = shortest_diagonal(boxes, count);
-    }
+    float *sizes = count >= 0 ? malloc(((size_t)count + 1) * sizeof *sizes) : NULL;
+    const int failed = !sizes || nsdf_piece_sizes(s, piece, (uint32_t)count, sizes) != 0;
+    if (!failed)
+        frame->smallest_piece = smallest_outside(frame, piece, sizes);
     free(piece);
-    free(boxes);
-    return boxes ? 0 : -1;
+    free(sizes);
+    return failed ? -1 : 0;
 }
 
 float nsdf_frames_smallest_piece(const nsdf_frames *frames) {
-    float least = 2.0f * NSDF_LARGEST_SPECK;
+    float least = INFINITY;
     for (uint32_t i = 0; i < frames->count; i++)
         least = fminf(least, frames->frames[i].smallest_piece);
-    return 0.5f * least;
+    return least;
 }

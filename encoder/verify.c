@@ -14,7 +14,7 @@ typedef struct {
     nsdf_mesh *mesh;
     nsdf_surface decoded;         /* normalised copy */
     nsdf_distance_stats stats[2]; /* to decoded, to input */
-    uint32_t stray;
+    nsdf_piece_report pieces;
     int failed;
 } comparison;
 
@@ -93,17 +93,36 @@ static int collect_strays(const nsdf_surface *decoded, const uint32_t *piece, co
     return block && set->y && set->z && set->d ? 0 : -1;
 }
 
-static int find_stray_pieces(const nsdf_surface *decoded, const nsdf_sdf *input, const nsdf_frame *frame, float shell,
-                             uint32_t *count, nsdf_sample_set *set) {
+/* Adds the pieces of a decoded frame to a report. */
+static int report_pieces(const nsdf_surface *decoded, const uint32_t *piece, const uint8_t *stray, uint32_t count,
+                         nsdf_piece_report *report) {
+    float *size = malloc(count * sizeof *size);
+    if (!size || nsdf_piece_sizes(decoded, piece, count, size) != 0) {
+        free(size);
+        return -1;
+    }
+    for (uint32_t p = 0; p < count; p++) {
+        report->stray += stray[p];
+        if (stray[p])
+            report->largest_stray = fmaxf(report->largest_stray, size[p]);
+        else
+            report->smallest_true = fminf(report->smallest_true, size[p]);
+    }
+    free(size);
+    return 0;
+}
+
+static int find_stray_pieces(comparison *c, const nsdf_sdf *input, const nsdf_frame *frame, float shell,
+                             nsdf_sample_set *set) {
+    const nsdf_surface *decoded = &c->decoded;
     uint32_t *piece = malloc(sizeof *piece * ((size_t)decoded->triangle_count + 1));
     int64_t pieces = piece ? nsdf_surface_components(decoded, piece) : -1;
     uint8_t *stray = pieces > 0 ? calloc((size_t)pieces, 1) : NULL;
     int failed = pieces < 0 || (pieces > 0 && !stray);
     if (stray) {
-        failed = mark_strays(decoded, input, shell, piece, (uint32_t)pieces, stray) != 0;
-        for (uint32_t p = 0; p < (uint32_t)pieces; p++)
-            *count += stray[p];
-        if (!failed && *count)
+        failed = mark_strays(decoded, input, shell, piece, (uint32_t)pieces, stray) != 0 ||
+                 report_pieces(decoded, piece, stray, (uint32_t)pieces, &c->pieces) != 0;
+        if (!failed && c->pieces.stray)
             failed = collect_strays(decoded, piece, stray, frame, shell, set) != 0;
     }
     free(piece);
@@ -125,7 +144,7 @@ static void compare_one(void *data, uint32_t index, uint32_t worker) {
     (void)worker;
     c->failed = 1;
     memset(c->stats, 0, sizeof c->stats);
-    c->stray = 0;
+    c->pieces = (nsdf_piece_report){0, 0.0f, INFINITY};
     if (normalised_copy(g->job->header, c->mesh, &c->decoded) == 0) {
         nsdf_sdf *input = nsdf_sdf_create(&frame->surface, frame->sign, shell);
         nsdf_sdf *decoded =
@@ -135,10 +154,9 @@ static void compare_one(void *data, uint32_t index, uint32_t worker) {
             missing(c);
             c->failed = 0;
         } else if (input && decoded) {
-            c->failed =
-                nsdf_add_surface_distances(&frame->surface, decoded, SAMPLES, &random, &c->stats[0]) != 0 ||
-                nsdf_add_surface_distances(&c->decoded, input, SAMPLES, &random, &c->stats[1]) != 0 ||
-                find_stray_pieces(&c->decoded, input, frame, shell, &c->stray, &g->strays[g->first + index]) != 0;
+            c->failed = nsdf_add_surface_distances(&frame->surface, decoded, SAMPLES, &random, &c->stats[0]) != 0 ||
+                        nsdf_add_surface_distances(&c->decoded, input, SAMPLES, &random, &c->stats[1]) != 0 ||
+                        find_stray_pieces(c, input, frame, shell, &g->strays[g->first + index]) != 0;
         }
         nsdf_sdf_free(input);
         nsdf_sdf_free(decoded);
@@ -157,7 +175,7 @@ static void add_to_quality(const comparison *c, nsdf_quality_record *q) {
 }
 
 static nsdf_status verify_group(group *g, nsdf_decoder *decoder, nsdf_workers *workers, uint32_t count,
-                                nsdf_quality_record *quality, uint32_t *stray, nsdf_encoder_error *error) {
+                                nsdf_quality_record *quality, nsdf_piece_report *pieces, nsdf_encoder_error *error) {
     const nsdf_frames *frames = g->job->frames;
     for (uint32_t i = 0; i < count; i++) {
         double t = 0.0;
@@ -174,13 +192,16 @@ static nsdf_status verify_group(group *g, nsdf_decoder *decoder, nsdf_workers *w
         if (g->items[i].failed)
             return nsdf_encoder_fail(error, NSDF_NO_MEMORY, "verify: out of memory");
         add_to_quality(&g->items[i], quality);
-        *stray += g->items[i].stray;
+        const nsdf_piece_report *found = &g->items[i].pieces;
+        pieces->stray += found->stray;
+        pieces->largest_stray = fmaxf(pieces->largest_stray, found->largest_stray);
+        pieces->smallest_true = fminf(pieces->smallest_true, found->smallest_true);
     }
     return NSDF_OK;
 }
 
 nsdf_status nsdf_verify_file(const nsdf_check_job *job, nsdf_workers *workers, const nsdf_buffer *file,
-                             nsdf_quality_record *quality, uint32_t *stray_pieces, nsdf_sample_set *strays,
+                             nsdf_quality_record *quality, nsdf_piece_report *pieces, nsdf_sample_set *strays,
                              nsdf_encoder_error *error) {
     uint32_t count = job->frames->count, stretch = nsdf_workers_count(workers);
     nsdf_decoder *decoder = NULL;
@@ -188,12 +209,12 @@ nsdf_status nsdf_verify_file(const nsdf_check_job *job, nsdf_workers *workers, c
     nsdf_status status = g.items ? nsdf_open_memory(&decoder, file->data, file->size, NULL, NULL) : NSDF_NO_MEMORY;
     double began = nsdf_clock();
     memset(quality, 0, sizeof *quality);
-    *stray_pieces = 0;
+    *pieces = (nsdf_piece_report){0, 0.0f, INFINITY};
     if (status != NSDF_OK)
         (void)nsdf_encoder_fail(error, status, "verify: %s", nsdf_status_string(status));
     for (; status == NSDF_OK && g.first < count; g.first += stretch) {
         uint32_t n = count - g.first < stretch ? count - g.first : stretch;
-        status = verify_group(&g, decoder, workers, n, quality, stray_pieces, error);
+        status = verify_group(&g, decoder, workers, n, quality, pieces, error);
         if (status == NSDF_OK && nsdf_check_progress(job, NSDF_STAGE_VERIFY, began, g.first + n, count))
             status = nsdf_encoder_fail(error, NSDF_CANCELLED, "cancelled");
     }

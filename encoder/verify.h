@@ -8,12 +8,19 @@
 
 enum { NSDF_MOST_STRAYS = 2048 };
 
+/* Decoded pieces, without the largest of each frame when it comes to strays: further than 0.01 from the input. */
+typedef struct nsdf_piece_report {
+    uint32_t stray;      /* pieces astray */
+    float largest_stray; /* diagonal of its box, normalised; 0 without any */
+    float smallest_true; /* of the others, all frames' largest pieces among them; INFINITY without any */
+} nsdf_piece_report;
+
 /* Decodes every added frame at the stored default resolution; fills *quality (fractions of the diagonal, averaged over
- * frames; maxima over all) and *stray_pieces.  strays[frame] gets vertices of the stray pieces with their true
+ * frames; maxima over all) and *pieces.  strays[frame] gets vertices of the stray pieces with their true
  * distances, at most NSDF_MOST_STRAYS a frame; the sets must be empty at first and are freed by the caller, also on
  * failure. */
 nsdf_status nsdf_verify_file(const nsdf_check_job *job, nsdf_workers *workers, const nsdf_buffer *file,
-                             nsdf_quality_record *quality, uint32_t *stray_pieces, nsdf_sample_set *strays,
+                             nsdf_quality_record *quality, nsdf_piece_report *pieces, nsdf_sample_set *strays,
                              nsdf_encoder_error *error);
 
 #endif

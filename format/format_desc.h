@@ -93,8 +93,9 @@ enum { NSDF_ENTROPY_COUNT = 4 };
 typedef enum nsdf_quantiser_kind { NSDF_QUANT_RAW = 0 /* float32 */, NSDF_QUANT_UNIFORM = 1 } nsdf_quantiser_kind;
 enum {
     NSDF_PREDICT_NONE = 0,
-    NSDF_PREDICT_PLANE = 1, /* from the same element of the plane before */
-    NSDF_PREDICT_LINEAR = 2 /* from the line through the two planes before */
+    NSDF_PREDICT_PLANE = 1,  /* from the same element of the plane before */
+    NSDF_PREDICT_LINEAR = 2, /* from the line through the two planes before */
+    NSDF_PREDICT_ROW = 3     /* from the element above, in the row before of the same plane */
 };
 enum { NSDF_FOURIER_SEED = 0, NSDF_FOURIER_STORED = 1 };
 

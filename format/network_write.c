@@ -17,6 +17,8 @@ static void predict(const nsdf_array_desc *a, int how, const int32_t *q, int32_t
         int32_t expected = how == NSDF_PREDICT_NONE || i < plane ? 0 : q[i - plane];
         if (how == NSDF_PREDICT_LINEAR && i >= 2 * plane)
             expected = 2 * q[i - plane] - q[i - 2 * plane];
+        if (how == NSDF_PREDICT_ROW)
+            expected = i % plane < a->cols ? 0 : q[i - a->cols];
         residuals[i] = q[i] - expected;
     }
 }
@@ -54,7 +56,9 @@ static int choose_prediction(nsdf_array_desc *a, int packed, const int32_t *q, i
     memcpy(residuals, q, count * sizeof *residuals);
     residual_cost best = estimate(q, count, packed);
     a->predict = NSDF_PREDICT_NONE;
-    for (int how = NSDF_PREDICT_PLANE; how <= NSDF_PREDICT_LINEAR && a->planes > 1; how++) {
+    for (int how = NSDF_PREDICT_PLANE; how <= NSDF_PREDICT_ROW; how++) {
+        if (how == NSDF_PREDICT_ROW ? a->rows == 1 : a->planes == 1)
+            continue;
         predict(a, how, q, spare);
         residual_cost cost = estimate(spare, count, packed);
         if (cost.bits > 24 || (best.bits <= 24 && cost.size >= best.size))

@@ -25,19 +25,22 @@ size_t nsdf_parameter_scratch_size(const nsdf_tensor_list *list) {
     return (size_t)size;
 }
 
-/* What prediction expects at element i, at least one plane in. */
+/* What prediction expects at element i. */
 static int32_t predicted(const nsdf_array_desc *a, const int32_t *q, size_t i, size_t plane) {
+    if (a->predict == NSDF_PREDICT_NONE)
+        return 0;
+    if (a->predict == NSDF_PREDICT_ROW)
+        return i % plane < a->cols ? 0 : q[i - a->cols];
     if (a->predict == NSDF_PREDICT_LINEAR && i >= 2 * plane)
         return 2 * q[i - plane] - q[i - 2 * plane];
-    return q[i - plane];
+    return i < plane ? 0 : q[i - plane];
 }
 
 /* Residuals to quantised values, in place.  No sum can overflow: |q| < 2^24 is kept and |r| < 2^26. */
 static int undo_prediction(const nsdf_array_desc *a, int32_t *q) {
     size_t plane = (size_t)a->rows * a->cols, count = plane * a->planes;
     for (size_t i = 0; i < count; i++) {
-        if (a->predict != NSDF_PREDICT_NONE && i >= plane)
-            q[i] += predicted(a, q, i, plane);
+        q[i] += predicted(a, q, i, plane);
         if (q[i] <= -NSDF_MAX_QUANTISED || q[i] >= NSDF_MAX_QUANTISED)
             return 0;
     }

@@ -170,7 +170,8 @@ static inline void nsdf_range_means_update(nsdf_range_group *g, const nsdf_range
 
 /* Groups of an array: one, or two when planes are predicted. */
 static inline uint32_t nsdf_range_first_group_end(const nsdf_array_desc *a) {
-    return a->predict != NSDF_PREDICT_NONE && a->planes > 1 ? 1 : a->planes;
+    const int by_planes = a->predict == NSDF_PREDICT_PLANE || a->predict == NSDF_PREDICT_LINEAR;
+    return by_planes && a->planes > 1 ? 1 : a->planes;
 }
 
 #endif

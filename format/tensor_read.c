@@ -14,8 +14,8 @@ static void read_array(nsdf_cursor *c, nsdf_array_desc *a) {
     a->quantiser = coding & 15;
     a->predict = (uint8_t)(coding >> 4);
     nsdf_cursor_expect(c, a->quantiser <= NSDF_QUANT_UNIFORM, at, "quantiser above 1");
-    nsdf_cursor_expect(c, a->predict <= (a->quantiser == NSDF_QUANT_UNIFORM ? NSDF_PREDICT_LINEAR : 0), at,
-                       "prediction above 2, or not 0 in a raw array");
+    nsdf_cursor_expect(c, a->predict <= (a->quantiser == NSDF_QUANT_UNIFORM ? NSDF_PREDICT_ROW : 0), at,
+                       "prediction above 3, or not 0 in a raw array");
     if (a->quantiser != NSDF_QUANT_UNIFORM)
         return;
     a->bits = nsdf_take_u8(c);

@@ -24,7 +24,7 @@ static const char help_text[] =
     "      --resolution N       resolution at which players extract by default, and at which the result is verified:\n"
     "                           cells along the longest side, 2 to 4096 (default 192)\n"
     "      --smallest-piece F   players leave out pieces of the surface smaller than this fraction of the diagonal;\n"
-    "                           0 keeps all (default: half the smallest piece of the input, at most 0.25)\n"
+    "                           0 keeps all (default: half the smallest piece of the input, at most 0.125)\n"
     "      --report FILE.json   write options, times and measured errors\n"
     "      --no-verify          do not decode the file and measure its error\n"
     "      --threads N          0 = one per core (default); the result does not depend on it\n"
@@ -49,11 +49,12 @@ static const char help_text[] =
     "      --bones N            that move them;  --block-knot-spacing F  frames per control point of their motion\n"
     "      --block-degree D     of the blocks' polynomials, 0 to 3\n"
     "      --pose-step F        quantiser step of the motion;  --coefficient-step F  of the polynomials\n"
+    "      --motion-rate F      error that a bit for each number of the motion is worth\n"
     "Data (thesis 5.1, 5.2):\n"
     "      --sampling KIND      near (surface points displaced by normal noise) or rejection;  --d-half F  d_0.5\n"
     "      --samples N          samples per frame (0 = from the number of frames)\n"
     "      --time-norm KIND     unit (5.11) or speed (5.13);  --sdf-norm KIND  diagonal or unit (5.10)\n"
-    "      --hard-samples Y     on or off: more samples where the error is and where surface appears astray\n"
+    "      --hard-samples Y     on or off: for networks, more samples where the error is and where surface is astray\n"
     "Fitting (thesis 4.1, 4.2):\n"
     "      --loss KIND          weighted, mae or surface;  --loss-d0 F;  --delta F, --slope F of the surface loss\n"
     "      --steps N            of Adam;  --learning-rate F\n"
@@ -101,6 +102,7 @@ enum {
     OPT_BLOCK_KNOT_SPACING,
     OPT_BLOCK_DEGREE,
     OPT_POSE_STEP,
+    OPT_MOTION_RATE,
     OPT_COEFFICIENT_STEP,
     OPT_SAMPLING,
     OPT_D_HALF,
@@ -159,6 +161,7 @@ static const struct option long_options[] = {
     {"block-knot-spacing", required_argument, NULL, OPT_BLOCK_KNOT_SPACING},
     {"block-degree", required_argument, NULL, OPT_BLOCK_DEGREE},
     {"pose-step", required_argument, NULL, OPT_POSE_STEP},
+    {"motion-rate", required_argument, NULL, OPT_MOTION_RATE},
     {"coefficient-step", required_argument, NULL, OPT_COEFFICIENT_STEP},
     {"sampling", required_argument, NULL, OPT_SAMPLING},
     {"d-half", required_argument, NULL, OPT_D_HALF},
@@ -359,6 +362,8 @@ static int apply_blocks(nsdf_encoder_options *e, int code, const char *text) {
         return set_u32(code, text, &e->block_degree);
     case OPT_POSE_STEP:
         return set_double(code, text, &e->pose_step);
+    case OPT_MOTION_RATE:
+        return set_double(code, text, &e->motion_rate);
     case OPT_COEFFICIENT_STEP:
         return set_double(code, text, &e->coefficient_step);
     default:

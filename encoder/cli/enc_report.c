@@ -65,6 +65,13 @@ static void put_result(nsdf_cli_file *f, const nsdf_encoder_stats *s, int interr
                         interrupted ? "true" : "false");
     nsdf_cli_file_print(f, "  \"file\": {\"bytes\": %llu, \"parameters\": %llu, \"extraction_bound\": %.9g},\n",
                         (unsigned long long)s->file_size, (unsigned long long)s->parameters, s->bound);
+    if (s->blocks)
+        nsdf_cli_file_print(f,
+                            "  \"blocks\": {\"count\": %u, \"bones\": %u, \"bytes\": {\"places\": %llu, "
+                            "\"influences\": %llu, \"motion\": %llu, \"shapes\": %llu}},\n",
+                            s->blocks, s->bones, (unsigned long long)s->block_bytes.places,
+                            (unsigned long long)s->block_bytes.influences, (unsigned long long)s->block_bytes.motion,
+                            (unsigned long long)s->block_bytes.shapes);
     nsdf_cli_file_print(f, "  \"seconds\": {\"sample\": %.3f, \"fit\": %.3f, \"code\": %.3f, \"verify\": %.3f},\n",
                         s->seconds_sample, s->seconds_fit, s->seconds_code, s->seconds_verify);
     nsdf_cli_file_print(f, "  \"quality\": ");

@@ -236,7 +236,7 @@ static void read_array(reader *r, ref_part *part, uint32_t planes, uint32_t rows
     const uint32_t coding = ref_take_uint(r, 1);
     a->uniform = coding & 15;
     a->predict = coding >> 4;
-    ref_demand(r, a->uniform <= 1 && a->predict <= 2 * a->uniform, "an array's coding is out of range");
+    ref_demand(r, a->uniform <= 1 && a->predict <= 3 * a->uniform, "an array's coding is out of range");
     if (a->uniform) {
         a->bits = ref_take_uint(r, 1);
         a->residual_min = take_i32(r);
@@ -526,7 +526,7 @@ static void decode_range(reader *coded, const ref_part *part) {
         const ref_array *a = &part->arrays[i];
         if (!is_stored(a))
             continue;
-        const uint32_t split = a->predict && a->planes > 1 ? 1 : a->planes;
+        const uint32_t split = (a->predict == 1 || a->predict == 2) && a->planes > 1 ? 1 : a->planes;
         decode_group(&d, a, 0, split);
         if (split < a->planes)
             decode_group(&d, a, split, a->planes);
@@ -540,6 +540,8 @@ static void decode_range(reader *coded, const ref_part *part) {
 /* What is added to the residual of element k, all before it being known. */
 static int64_t prediction(const ref_array *a, uint64_t k) {
     const uint64_t plane = (uint64_t)a->rows * a->cols;
+    if (a->predict == 3)
+        return k % plane < a->cols ? 0 : a->q[k - a->cols];
     if (a->predict == 0 || k < plane)
         return 0;
     if (a->predict == 1 || k < 2 * plane)

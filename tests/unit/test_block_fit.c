@@ -243,7 +243,7 @@ static void fill(nsdf_block_batch *b, const fixture *x, uint32_t count) {
     for (uint32_t i = 0; i < count; i++) {
         float p[3];
         random_point(&random, 0.5f, p);
-        nsdf_block_batch_add(b, p[0], p[1], p[2], 0.01f, 1.0f);
+        nsdf_block_batch_add(b, p[0], p[1], p[2], 0.01f);
     }
     assert_int_equal(nsdf_block_batch_find(b, nsdf_block_passes_select(), &x->frame, x->model.desc.block_count), 0);
 }

@@ -58,7 +58,8 @@ static int listen_to(void *user, const nsdf_progress *p) {
     assert_true(returns || (p->stage >= l->last.stage && p->stage <= NSDF_STAGE_VERIFY));
     assert_true(p->fraction > 0.0 && p->fraction <= 1.0);
     /* a bound that turns out too small is measured again, from the middle of its stage */
-    assert_true(p->stage != l->last.stage || p->stage == NSDF_STAGE_BOUND || p->fraction >= l->last.fraction);
+    assert_true(p->stage != l->last.stage || p->stage == NSDF_STAGE_BOUND || p->stage == NSDF_STAGE_VERIFY ||
+                p->fraction >= l->last.fraction);
     assert_true(p->elapsed >= l->last.elapsed);
     l->reports[p->stage]++;
     l->last = *p;
@@ -224,6 +225,7 @@ static void test_without_hard_samples_the_steps_are_those_asked_for(void **state
         o.steps = 40;
         o.verify = 1;
         o.hard_samples = hard;
+        o.smallest_piece = 0.0; /* else it would be left out */
         encoded e = encode_well(&o, swelling_box, NULL, NULL);
         assert_valid(&e);
         assert_true(hard ? e.stats.steps > 40 : e.stats.steps == 40);

@@ -168,7 +168,7 @@ static void forbidden_fields_are_named_with_their_offset(void **state) {
     expect_corrupt_at(21, "\2\4\0\0\0", 5, 24);       /* rank 0 */
     expect_corrupt_at(21, "\2\4\0\1\1", 5, 24);       /* rank 257 */
     expect_corrupt_at(22, "\2", 1, 22);               /* quantiser */
-    expect_corrupt_at(22, "\61", 1, 22);              /* prediction */
+    expect_corrupt_at(22, "\101", 1, 22);             /* prediction */
     expect_corrupt_at(22, "\20", 1, 22);              /* prediction of a raw array */
     expect_corrupt_at(22, "\40", 1, 22);              /* the same by a line */
     expect_corrupt_at(23, "\31", 1, 23);              /* 25 bits */
@@ -327,6 +327,39 @@ static void slow_change_is_predicted_from_the_plane_before(void **state) {
     assert_int_equal(d.list.tensors[0].arrays[0].predict, NSDF_PREDICT_NONE);
 }
 
+static void rows_that_resemble_each_other_are_predicted_from_the_row_before(void **state) {
+    (void)state;
+    nsdf_network_desc d;
+    int32_t q[3 * 40 + 40 + 40 + 1] = {0};
+    size_t size = 0;
+    plain_network(&d);
+    d.layer_count = 2;
+    d.layers[0].width = 40;
+    d.layers[0].activation = NSDF_ACT_RELU;
+    d.layers[1].width = 1;
+    d.layers[1].activation = NSDF_ACT_IDENTITY;
+    d.list.entropy = NSDF_ENTROPY_RANGE;
+    d.list.count = 4;
+    for (uint32_t t = 0; t < 4; t++) {
+        nsdf_tensor_desc *tensor = &d.list.tensors[t];
+        *tensor = d.list.tensors[0];
+        tensor->rows = t < 2 ? 40 : 1;
+        tensor->cols = t == 0 ? 3 : t == 2 ? 40 : 1;
+        nsdf_tensor_layout(tensor);
+    }
+    for (int i = 0; i < 120; i++)
+        q[i] = 100 * (i % 3) + 10 * (i / 3) + i % 2;
+    float *expected = sample_expected(&d, q), *values = NULL;
+    uint8_t *part = sample_part(&d, q, &size);
+    assert_int_equal(d.list.tensors[0].arrays[0].predict, NSDF_PREDICT_ROW);
+    assert_true(size < 180); /* 120 numbers of 10 bits would take 150 bytes and the description 130 */
+    assert_int_equal(sample_decode(part, size, &values, NULL), NSDF_PARSE_OK);
+    assert_memory_equal(values, expected, (size_t)nsdf_parameter_count(&d.list) * sizeof *values);
+    free(values);
+    free(expected);
+    free(part);
+}
+
 /* Three splines with 12 knots on lines of their own slopes, up to 1: residuals are -2 or 2 from plane 2 on. */
 static void steady_change_is_predicted_by_a_line(void **state) {
     (void)state;
@@ -418,6 +451,7 @@ int main(void) {
         cmocka_unit_test(the_writer_refuses_what_a_reader_would),
         cmocka_unit_test(descriptions_stay_small),
         cmocka_unit_test(slow_change_is_predicted_from_the_plane_before),
+        cmocka_unit_test(rows_that_resemble_each_other_are_predicted_from_the_row_before),
         cmocka_unit_test(steady_change_is_predicted_by_a_line),
         cmocka_unit_test(quantised_values_are_the_nearest),
         cmocka_unit_test(quantiser_edges),

@@ -76,6 +76,8 @@ typedef struct nsdf_encoder_options {
     double block_radius;                /* that of the balls, fraction of the diagonal; 0 = from block_overlap */
     double block_knot_spacing;          /* frames of the sequence per control point of the bones' motion */
     double pose_step, coefficient_step; /* quantiser steps, fractions of the diagonal */
+    double motion_rate;                 /* 0 to 1: error, fraction of the diagonal, that one bit for each number of the
+                                           motion is worth */
     uint64_t block_steps;               /* of Adam */
     uint32_t block_points;              /* each step: batch_frames frames, so many points of each */
     /* data */
@@ -85,8 +87,8 @@ typedef struct nsdf_encoder_options {
     nsdf_time_norm time_norm;
     nsdf_sdf_norm sdf_norm;
     double shell;     /* > 0: the surface is a sheet of this thickness, world units */
-    int hard_samples; /* while fitting, further points where the error is large and where surface appears astray, and
-                         more steps while it does; default on, off for the thesis's preset */
+    int hard_samples; /* while a network is fitted, further points where the error is large and where surface appears
+                         astray, and more steps while it does; default on, off for the thesis's preset */
     /* fitting */
     nsdf_loss loss;
     double loss_d0;                      /* of the weighted loss, fraction of the diagonal */
@@ -103,7 +105,7 @@ typedef struct nsdf_encoder_options {
     uint32_t resolution;   /* stored default resolution; default 192 */
     double smallest_piece; /* stored: decoders leave out pieces of the surface whose box has a shorter diagonal;
                               fraction of the diagonal, up to 1; 0 = none; default -1: half the smallest piece of the
-                              input, at most 1/4 */
+                              input, at most 1/8, or more where verification finds larger pieces astray */
     int verify;            /* decode the file, measure and store its error; default on */
 } nsdf_encoder_options;
 
@@ -137,7 +139,8 @@ typedef enum nsdf_stage {
     NSDF_STAGE_SAMPLE = 0,
     NSDF_STAGE_FIT = 1,
     NSDF_STAGE_BOUND = 2, /* coding, and measuring the bound that extraction may rely on */
-    NSDF_STAGE_VERIFY = 3 /* when it finds stray pieces, fitting and what follows come again, a few times at most */
+    NSDF_STAGE_VERIFY =
+        3 /* may come twice; when it finds stray pieces, fitting and what follows come again, a few times at most */
 } nsdf_stage;
 
 typedef struct nsdf_progress {
@@ -176,6 +179,14 @@ NSDF_API NSDF_MUST_USE nsdf_status nsdf_encoder_write(nsdf_encoder *encoder,
                                                       int (*write)(void *user, const void *data, size_t size),
                                                       void *user, nsdf_encoder_error *error);
 
+/* Coded bytes of a block model by what they say. */
+typedef struct nsdf_block_bytes {
+    uint64_t places;     /* centres, radii and lives of the blocks */
+    uint64_t influences; /* which bones move each, with what weight */
+    uint64_t motion;     /* of the bones over time */
+    uint64_t shapes;     /* polynomials */
+} nsdf_block_bytes;
+
 typedef struct nsdf_encoder_stats {
     uint32_t frames;          /* added */
     uint32_t nominal_frames;  /* in the file, those left out included */
@@ -185,6 +196,7 @@ typedef struct nsdf_encoder_stats {
     uint32_t reversed_frames; /* frames whose triangles faced inward and were turned round */
     double diagonal;          /* world units */
     uint32_t blocks, bones;   /* 0 when the model is the network */
+    nsdf_block_bytes block_bytes;
     uint64_t parameters;
     uint64_t file_size;      /* bytes */
     uint64_t steps, samples; /* Adam steps made; points seen */
