@@ -74,8 +74,8 @@ void nsdf_encoder_options_init(nsdf_encoder_options *options, nsdf_preset preset
     o.block_steps = 8000;
     if (preset == NSDF_PRESET_MEDIUM) {
         o.steps = 40000;
-        o.blocks = 1500;
-        o.bones = 80;
+        o.blocks = 1200;
+        o.bones = 120;
         o.block_steps = 36000;
         o.pose_step = 1e-4;
         o.coefficient_step = 2e-4;

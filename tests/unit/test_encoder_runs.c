@@ -233,6 +233,45 @@ static void test_without_hard_samples_the_steps_are_those_asked_for(void **state
     }
 }
 
+/* Spheres of radius 1 and 0.3 side by side, which a network fitted so briefly misses widely. */
+static int two_sizes(uint32_t i, nsdf_surface *surface, uint32_t *number) {
+    if (i >= 2)
+        return 0;
+    *surface = shape_empty();
+    for (int small = 0; small < 2; small++) {
+        const uint32_t first = surface->vertex_count;
+        shape_add_sphere(surface, small ? 0.3 : 1.0, 12, 24, 0, 0);
+        for (uint32_t v = first; v < surface->vertex_count; v++)
+            surface->positions[3 * (size_t)v] += small ? 1.5f : -0.8f;
+    }
+    *number = i;
+    return 1;
+}
+
+static double stored_smallest_piece(const nsdf_encoder_options *o) {
+    nsdf_info info;
+    encoded e = encode_well(o, two_sizes, NULL, NULL);
+    nsdf_decoder *decoder = open_file(&e);
+    assert_int_equal(nsdf_get_info(decoder, &info), NSDF_OK);
+    nsdf_close(&decoder);
+    free(e.data);
+    return info.smallest_piece / info.diagonal;
+}
+
+static void test_no_piece_of_the_input_is_ever_a_speck(void **state) {
+    const double small = 0.6 * sqrt(3.0) / sqrt(3.6 * 3.6 + 4.0 + 4.0);
+    nsdf_encoder_options o = hasty_options();
+    (void)state;
+    assert_true(fabs(stored_smallest_piece(&o) - 0.5 * small) < 0.01 * small);
+    o.verify = 1; /* pieces of the decoded surface are astray, maybe all */
+    const double verified = stored_smallest_piece(&o);
+    assert_true(verified > 0.49 * small && verified < 0.76 * small);
+    o.smallest_piece = 0.0;
+    assert_true(stored_smallest_piece(&o) == 0.0);
+    o.smallest_piece = 0.03;
+    assert_true(fabs(stored_smallest_piece(&o) - 0.03) < 1e-6);
+}
+
 static void test_every_coder_writes_every_number_of_bits(void **state) {
     (void)state;
     for (int coder = NSDF_CODER_NONE; coder <= NSDF_CODER_RANGE; coder++) {
@@ -368,6 +407,7 @@ int main(void) {
         cmocka_unit_test(test_every_model_loss_and_sampling_gives_a_valid_file),
         cmocka_unit_test(test_thesis_preset_works_with_small_layers),
         cmocka_unit_test(test_without_hard_samples_the_steps_are_those_asked_for),
+        cmocka_unit_test(test_no_piece_of_the_input_is_ever_a_speck),
         cmocka_unit_test(test_every_coder_writes_every_number_of_bits),
         cmocka_unit_test(test_recoding_gives_the_file_of_a_run_with_these_options),
         cmocka_unit_test(test_recoding_finds_back_to_the_first_coding),
