@@ -44,10 +44,6 @@ int nsdf_frame_orient(nsdf_frame *frame, int shell);
 /* Finds frame->outer of an oriented frame that is not a shell.  Returns 0, or -1 when memory ran out. */
 int nsdf_frame_find_outer(nsdf_frame *frame);
 
-/* sizes[i] gets the diagonal of the box of piece i < count; piece[triangle] as nsdf_surface_components numbers them.
- * Returns 0, or -1 when memory ran out. */
-int nsdf_piece_sizes(const nsdf_surface *surface, const uint32_t *piece, uint32_t count, float *sizes);
-
 /* Finds frame->smallest_piece of a frame whose outside is known; equal positions count as one vertex.  Returns 0, or -1
  * when memory ran out. */
 int nsdf_frame_find_smallest_piece(nsdf_frame *frame);

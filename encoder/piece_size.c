@@ -6,35 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-static void extend(float box[6], const float position[3]) {
-    for (int a = 0; a < 3; a++) {
-        box[a] = fminf(box[a], position[a]);
-        box[a + 3] = fmaxf(box[a + 3], position[a]);
-    }
-}
-
-int nsdf_piece_sizes(const nsdf_surface *surface, const uint32_t *piece, uint32_t count, float *sizes) {
-    float(*boxes)[6] = malloc(((size_t)count + 1) * sizeof *boxes);
-    if (!boxes)
-        return -1;
-    for (uint32_t i = 0; i < count; i++)
-        for (int a = 0; a < 3; a++) {
-            boxes[i][a] = INFINITY;
-            boxes[i][a + 3] = -INFINITY;
-        }
-    for (size_t i = 0; i < 3 * (size_t)surface->triangle_count; i++)
-        extend(boxes[piece[i / 3]], surface->positions + 3 * (size_t)surface->indices[i]);
-    for (uint32_t i = 0; i < count; i++) {
-        float square = 0.0f;
-        for (int a = 0; a < 3; a++)
-            square += (boxes[i][a + 3] - boxes[i][a]) * (boxes[i][a + 3] - boxes[i][a]);
-        sizes[i] = sqrtf(square);
-    }
-    free(boxes);
-    return 0;
-}
-
-/* The smallest of those pieces with a triangle on the outside.  Outer triangles are some of the surface's, in the same
+/* The smallest of the pieces with a triangle on the outside.  Outer triangles are some of the surface's, in the same
  * order. */
 static float smallest_outside(const nsdf_frame *frame, const uint32_t *piece, const float *sizes) {
     const nsdf_surface *whole = &frame->surface, *outer = nsdf_frame_outer(frame);

@@ -139,8 +139,8 @@ typedef enum nsdf_stage {
     NSDF_STAGE_SAMPLE = 0,
     NSDF_STAGE_FIT = 1,
     NSDF_STAGE_BOUND = 2, /* coding, and measuring the bound that extraction may rely on */
-    NSDF_STAGE_VERIFY =
-        3 /* may come twice; when it finds stray pieces, fitting and what follows come again, a few times at most */
+    NSDF_STAGE_VERIFY = 3 /* may come twice; when it finds stray pieces, fitting and what follows come again, a few
+                             times at most */
 } nsdf_stage;
 
 typedef struct nsdf_progress {
