@@ -7,31 +7,79 @@ static size_t cells_of(const nsdf_block_frame *f) {
     return (size_t)f->cells[0] * f->cells[1] * f->cells[2];
 }
 
-int nsdf_block_batch_create(nsdf_block_batch *b, uint32_t points, uint32_t blocks, const nsdf_block_frame *frame) {
+/* ---- Memory ---------------------------------------------------------------------------------------------- */
+
+int nsdf_block_work_create(nsdf_block_work *w, uint32_t points, uint32_t blocks, const nsdf_block_frame *frame) {
     const size_t n = (size_t)points + NSDF_HIT_LANES;
-    float **arrays[] = {&b->x, &b->y, &b->z, &b->d, &b->sorted[0], &b->sorted[1], &b->sorted[2], &b->weight, &b->value};
-    int ok = 1;
+    memset(w, 0, sizeof *w);
+    w->cell = malloc(n * sizeof *w->cell);
+    w->start = malloc((cells_of(frame) + 2) * sizeof *w->start);
+    w->sum = malloc(n * sizeof *w->sum);
+    w->first = calloc((size_t)blocks + 1, sizeof *w->first);
+    if (w->cell && w->start && w->sum && w->first)
+        return 0;
+    nsdf_block_work_free(w);
+    return -1;
+}
+
+void nsdf_block_work_free(nsdf_block_work *w) {
+    free(w->cell);
+    free(w->start);
+    free(w->sum);
+    free(w->first);
+    free(w->point);
+    for (int i = 0; i < NSDF_HIT_ARRAYS; i++)
+        free(w->hit[i]);
+    memset(w, 0, sizeof *w);
+}
+
+int nsdf_block_batch_create(nsdf_block_batch *b, uint32_t points, uint32_t blocks) {
     memset(b, 0, sizeof *b);
-    b->capacity = points;
-    for (size_t i = 0; i < sizeof arrays / sizeof *arrays; i++)
-        ok &= (*arrays[i] = calloc(n, sizeof(float))) != NULL;
-    b->source = malloc(n * sizeof *b->source);
-    b->start = malloc((cells_of(frame) + 2) * sizeof *b->start);
-    b->first = malloc(((size_t)blocks + 1) * sizeof *b->first);
-    if (ok && b->source && b->start && b->first)
+    b->point = calloc((size_t)points + NSDF_HIT_LANES, sizeof *b->point);
+    b->first = calloc((size_t)blocks + 1, sizeof *b->first);
+    if (b->point && b->first)
         return 0;
     nsdf_block_batch_free(b);
     return -1;
 }
 
 void nsdf_block_batch_free(nsdf_block_batch *b) {
-    void *arrays[] = {b->x,         b->y,      b->z,      b->d,      b->sorted[0], b->sorted[1],
-                      b->sorted[2], b->weight, b->value,  b->source, b->start,     b->first,
-                      b->point,     b->hit[0], b->hit[1], b->hit[2], b->hit[3],    b->hit[4]};
-    for (size_t i = 0; i < sizeof arrays / sizeof *arrays; i++)
-        free(arrays[i]);
+    free(b->point);
+    free(b->first);
+    free(b->near);
     memset(b, 0, sizeof *b);
 }
+
+static int need_candidates(nsdf_block_batch *b, size_t count) {
+    if (count <= b->near_capacity)
+        return 0;
+    const size_t capacity = count + count / 8;
+    uint16_t *near = realloc(b->near, capacity * sizeof *near);
+    if (!near)
+        return -1;
+    b->near = near;
+    b->near_capacity = capacity;
+    return 0;
+}
+
+static int need_hits(nsdf_block_work *w, size_t count) {
+    int ok = 1;
+    if (count <= w->hit_capacity)
+        return 0;
+    const size_t capacity = count + count / 2;
+    uint32_t *point = realloc(w->point, capacity * sizeof *point);
+    ok &= point != NULL;
+    w->point = point ? point : w->point;
+    for (int i = 0; i < NSDF_HIT_ARRAYS; i++) {
+        float *hit = realloc(w->hit[i], capacity * sizeof *hit);
+        ok &= hit != NULL;
+        w->hit[i] = hit ? hit : w->hit[i];
+    }
+    w->hit_capacity = ok ? capacity : w->hit_capacity;
+    return ok ? 0 : -1;
+}
+
+/* ---- Points in the order of cells ------------------------------------------------------------------------ */
 
 static uint32_t cell_along(const nsdf_block_frame *f, float x, int axis) {
     const float at = (x - f->low[axis]) * f->inverse_cell;
@@ -44,86 +92,97 @@ static uint32_t cell_at(const nsdf_block_frame *f, float x, float y, float z) {
 
 /* Counting sort; cells are counted two places ahead and summed one place ahead, so that storing moves every start to
  * where it belongs. */
-static void sort_points(nsdf_block_batch *b, const nsdf_block_frame *f) {
+void nsdf_block_batch_fill(nsdf_block_batch *b, nsdf_block_work *w, const nsdf_block_frame *f,
+                           const nsdf_sample_set *samples, size_t from, size_t stride, uint32_t wanted) {
     const size_t cells = cells_of(f);
-    memset(b->start, 0, (cells + 2) * sizeof *b->start);
-    uint32_t *cell = b->point; /* not in use yet */
-    for (uint32_t i = 0; i < b->count; i++) {
-        cell[i] = cell_at(f, b->x[i], b->y[i], b->z[i]);
-        b->start[cell[i] + 2]++;
+    memset(w->start, 0, (cells + 2) * sizeof *w->start);
+    b->count = 0;
+    for (size_t i = from; i < samples->count && b->count < wanted; i += stride) {
+        const uint32_t cell = cell_at(f, samples->x[i], samples->y[i], samples->z[i]);
+        w->cell[b->count++] = cell;
+        w->start[cell + 2]++;
     }
     for (size_t c = 0; c < cells; c++)
-        b->start[c + 2] += b->start[c + 1];
+        w->start[c + 2] += w->start[c + 1];
+    for (uint32_t n = 0; n < b->count; n++) {
+        const size_t i = from + n * stride;
+        float *to = b->point[w->start[w->cell[n] + 1]++];
+        to[0] = samples->x[i];
+        to[1] = samples->y[i];
+        to[2] = samples->z[i];
+        to[3] = samples->d[i];
+    }
+    b->listed = 0;
+}
+
+/* Where the points of each cell begin. */
+static void find_cells(const nsdf_block_batch *b, nsdf_block_work *w, const nsdf_block_frame *f) {
+    const uint32_t cells = (uint32_t)cells_of(f);
+    uint32_t next = 0;
     for (uint32_t i = 0; i < b->count; i++) {
-        const uint32_t at = b->start[cell[i] + 1]++;
-        b->sorted[0][at] = b->x[i];
-        b->sorted[1][at] = b->y[i];
-        b->sorted[2][at] = b->z[i];
-        b->source[at] = i;
+        const uint32_t cell = cell_at(f, b->point[i][0], b->point[i][1], b->point[i][2]);
+        while (next <= cell)
+            w->start[next++] = i;
     }
+    while (next <= cells)
+        w->start[next++] = b->count;
 }
 
-static int need_hits(nsdf_block_batch *b, size_t count) {
-    int ok = 1;
-    if (count <= b->hit_capacity)
-        return 0;
-    const size_t capacity = count + count / 2;
-    uint32_t *point = realloc(b->point, capacity * sizeof *point);
-    ok &= point != NULL;
-    b->point = point ? point : b->point;
-    for (int i = 0; i < NSDF_HIT_ARRAYS; i++) {
-        float *hit = realloc(b->hit[i], capacity * sizeof *hit);
-        ok &= hit != NULL;
-        b->hit[i] = hit ? hit : b->hit[i];
-    }
-    b->hit_capacity = ok ? capacity : b->hit_capacity;
-    return ok ? 0 : -1;
-}
-
-/* Whole vectors: hits of the point that is none, where the weight is 0. */
-static uint32_t pad(nsdf_block_batch *b, uint32_t at) {
-    for (; at % NSDF_HIT_LANES != 0; at++) {
-        b->point[at] = b->count;
-        for (int i = 0; i < NSDF_HIT_ARRAYS; i++)
-            b->hit[i][at] = 0.0f;
-    }
-    return at;
-}
+/* ---- Candidates ------------------------------------------------------------------------------------------ */
 
 /* Rows of cells along x hold their points side by side. */
-static int find_block(nsdf_block_batch *b, const nsdf_block_passes *passes, const nsdf_block_frame *f, uint32_t block,
-                      uint32_t *at) {
-    const float *reach = f->reach[block];
+static int list_block(nsdf_block_batch *b, const nsdf_block_work *w, const nsdf_block_passes *passes,
+                      const nsdf_block_frame *f, const float map[12], const float reach[6], float margin, size_t *at) {
+    const float least = 1.0f - (1.0f + margin) * (1.0f + margin);
     uint32_t first[3], last[3];
     for (int axis = 0; axis < 3; axis++) {
-        first[axis] = cell_along(f, reach[axis], axis);
-        last[axis] = cell_along(f, reach[3 + axis], axis);
+        const float more = 0.5f * margin * (reach[3 + axis] - reach[axis]);
+        first[axis] = cell_along(f, reach[axis] - more, axis);
+        last[axis] = cell_along(f, reach[3 + axis] + more, axis);
     }
     for (uint32_t z = first[2]; z <= last[2]; z++)
         for (uint32_t y = first[1]; y <= last[1]; y++) {
-            const uint32_t *start = b->start + (z * f->cells[1] + y) * f->cells[0];
+            const uint32_t *start = w->start + (z * f->cells[1] + y) * f->cells[0];
             const uint32_t from = start[first[0]], to = start[last[0] + 1];
-            if (need_hits(b, (size_t)*at + (to - from) + NSDF_HIT_LANES) != 0)
+            if (need_candidates(b, *at + (to - from) + NSDF_HIT_LANES) != 0)
                 return -1;
-            *at = passes->find(b, f->map[block], from, to, *at);
+            *at = passes->list(b, map, least, from, to, *at);
         }
-    *at = pad(b, *at);
     return 0;
 }
 
-int nsdf_block_batch_find(nsdf_block_batch *b, const nsdf_block_passes *passes, const nsdf_block_frame *frame,
-                          uint32_t blocks) {
-    uint32_t at = 0;
-    if (need_hits(b, 8 * (size_t)b->capacity + NSDF_HIT_LANES) != 0)
+int nsdf_block_batch_list(nsdf_block_batch *b, nsdf_block_work *w, const nsdf_block_passes *passes,
+                          const nsdf_block_frame *frame, const float (*map)[12], const float (*reach)[6],
+                          uint32_t blocks, float margin) {
+    size_t at = 0;
+    if (need_candidates(b, NSDF_HIT_LANES) != 0)
         return -1;
-    sort_points(b, frame);
+    find_cells(b, w, frame);
     for (uint32_t k = 0; k < blocks; k++) {
-        b->first[k] = at;
-        if (frame->alive[k] && find_block(b, passes, frame, k, &at) != 0)
+        b->first[k] = (uint32_t)at;
+        if (frame->alive[k] && list_block(b, w, passes, frame, map[k], reach[k], margin, &at) != 0)
             return -1;
     }
-    b->first[blocks] = at;
-    memset(b->weight, 0, ((size_t)b->count + 1) * sizeof *b->weight);
-    memset(b->value, 0, ((size_t)b->count + 1) * sizeof *b->value);
+    b->first[blocks] = (uint32_t)at;
+    memset(b->near + at, 0, NSDF_HIT_LANES * sizeof *b->near); /* for vectors that reach beyond the last */
+    return 0;
+}
+
+/* ---- Hits ------------------------------------------------------------------------------------------------ */
+
+int nsdf_block_batch_forward(nsdf_block_work *w, const nsdf_block_batch *b, const nsdf_block_passes *passes,
+                             const nsdf_block_frame *frame, const float (*terms)[NSDF_BLOCK_MOST_TERMS],
+                             uint32_t blocks, uint32_t degree) {
+    const size_t room = b->first[blocks] + 2 * NSDF_HIT_LANES * ((size_t)blocks + 1);
+    uint32_t at = 0;
+    if (need_hits(w, room) != 0)
+        return -1;
+    memset(w->sum, 0, ((size_t)b->count + NSDF_HIT_LANES) * sizeof *w->sum);
+    for (uint32_t k = 0; k < blocks; k++) {
+        w->first[k] = at;
+        at = passes->find(w, b, k, frame->map[k], at);
+        w->first[k + 1] = at;
+        passes->forward(w, k, degree, terms[k]);
+    }
     return 0;
 }

@@ -1,6 +1,6 @@
 #include "block_fit.h"
 
-#include "block_batch.h"
+#include "block_cache.h"
 #include "block_rate.h"
 #include "frame_order.h"
 #include "optimiser.h"
@@ -17,18 +17,26 @@ static const float weight_distance = 0.005f, safe_share = 0.25f;
 static const double rounding_share = 0.3; /* of the steps, at the end, see rounded values */
 static const float least_denominator = 2e-9f;
 
-/* What a slot (one frame of a batch) works with. */
+/* Of batches that are kept between steps; sequences too long for it make theirs anew in every step. */
+static const size_t most_cache_bytes = (size_t)512 << 20;
+
+/* What a slot (one frame of a step) is, and what comes of it. */
 typedef struct {
-    uint32_t frame;
-    size_t first; /* of the stride through the frame's samples */
-    nsdf_block_frame at;
-    nsdf_block_batch batch;
+    uint32_t frame, batch;                 /* which of the frame's batches */
+    int keep;                              /* no slot before it has the same frame */
     float (*terms)[NSDF_BLOCK_MOST_TERMS]; /* [block]: gradient, of monomials */
-    float (*poses)[12];                    /* [block]: gradient */
-    nsdf_fit_sums sums;
-    size_t points;
+    float *bones;                          /* [bone][12]: gradient */
+    nsdf_block_loss_sums sums;
     int failed;
 } slot;
+
+/* What a worker needs for the slot that it is at. */
+typedef struct {
+    nsdf_block_frame at;
+    nsdf_block_work work;
+    nsdf_block_batch own;
+    float (*poses)[12]; /* [block]: gradient */
+} workplace;
 
 typedef struct {
     const nsdf_fit_job *job;
@@ -36,10 +44,12 @@ typedef struct {
     const nsdf_block_passes *passes;
     nsdf_random random;
     nsdf_frame_order order;
-    slot *slots; /* [batch_frames] */
+    nsdf_block_cache cache;
+    slot *slots;       /* [batch_frames] */
+    workplace *places; /* [worker] */
     nsdf_adam terms, poses;
-    float *gradient, *rounded; /* [value_count] */
-    float *bone_scratch;
+    float *gradient, *rounded;                 /* [value_count] */
+    float (*monomials)[NSDF_BLOCK_MOST_TERMS]; /* [block] */
     const float *active;
     double near_error;
 } state;
@@ -48,28 +58,38 @@ typedef struct {
 
 static void free_state(state *s) {
     for (uint32_t i = 0; s->slots && i < s->job->options->batch_frames; i++) {
-        nsdf_block_frame_free(&s->slots[i].at);
-        nsdf_block_batch_free(&s->slots[i].batch);
         free(s->slots[i].terms);
-        free(s->slots[i].poses);
+        free(s->slots[i].bones);
+    }
+    for (uint32_t i = 0; s->places && i < nsdf_workers_count(s->job->workers); i++) {
+        nsdf_block_frame_free(&s->places[i].at);
+        nsdf_block_work_free(&s->places[i].work);
+        nsdf_block_batch_free(&s->places[i].own);
+        free(s->places[i].poses);
     }
     free(s->slots);
+    free(s->places);
+    nsdf_block_cache_free(&s->cache);
     nsdf_frame_order_free(&s->order);
     free(s->gradient);
     free(s->rounded);
-    free(s->bone_scratch);
+    free(s->monomials);
     nsdf_adam_free(&s->terms);
     nsdf_adam_free(&s->poses);
 }
 
-static int create_slot(slot *sl, const nsdf_fit_job *job, const nsdf_block_model *model) {
-    const size_t k = model->desc.block_count;
-    sl->terms = malloc(sizeof *sl->terms * k);
-    sl->poses = malloc(sizeof *sl->poses * k);
-    return sl->terms && sl->poses &&
-                   nsdf_block_frame_create(&sl->at, model, job->header->domain_min, job->header->domain_max) == 0 &&
-                   nsdf_block_batch_create(&sl->batch, job->options->batch_points, model->desc.block_count, &sl->at) ==
-                       0
+static int create_slot(slot *sl, const nsdf_block_model *model) {
+    sl->terms = malloc(sizeof *sl->terms * model->desc.block_count);
+    sl->bones = malloc(sizeof *sl->bones * 12 * model->desc.bone_count);
+    return sl->terms && sl->bones ? 0 : -1;
+}
+
+static int create_bench(workplace *b, const nsdf_fit_job *job, const nsdf_block_model *model) {
+    const uint32_t blocks = model->desc.block_count, points = job->options->batch_points;
+    b->poses = malloc(sizeof *b->poses * blocks);
+    return b->poses && nsdf_block_frame_create(&b->at, model, job->header->domain_min, job->header->domain_max) == 0 &&
+                   nsdf_block_work_create(&b->work, points, blocks, &b->at) == 0 &&
+                   nsdf_block_batch_create(&b->own, points, blocks) == 0
                ? 0
                : -1;
 }
@@ -81,52 +101,24 @@ static int create_state(state *s, const nsdf_fit_job *job, nsdf_block_model *mod
     s->passes = nsdf_block_passes_select();
     s->random = nsdf_random_start(job->options->seed, 3);
     s->slots = calloc(job->options->batch_frames, sizeof *s->slots);
+    s->places = calloc(nsdf_workers_count(job->workers), sizeof *s->places);
     s->gradient = calloc(model->value_count, sizeof(float));
     s->rounded = calloc(model->value_count, sizeof(float));
-    s->bone_scratch = calloc(12 * (size_t)model->desc.bone_count, sizeof(float));
-    int ok = nsdf_frame_order_create(&s->order, job->frame_count) == 0 && s->slots && s->gradient && s->rounded &&
-             s->bone_scratch && nsdf_adam_create(&s->terms, model->term_count) == 0 &&
-             nsdf_adam_create(&s->poses, model->pose_count) == 0;
+    s->monomials = calloc(model->desc.block_count, sizeof *s->monomials);
+    int ok = nsdf_frame_order_create(&s->order, job->frame_count) == 0 && s->slots && s->places && s->gradient &&
+             s->rounded && s->monomials && nsdf_adam_create(&s->terms, model->term_count) == 0 &&
+             nsdf_adam_create(&s->poses, model->pose_count) == 0 &&
+             nsdf_block_cache_create(&s->cache, job->samples, job->frame_count, job->options->batch_points,
+                                     model->desc.block_count, most_cache_bytes) == 0;
     for (uint32_t i = 0; ok && i < job->options->batch_frames; i++)
-        ok = create_slot(&s->slots[i], job, model) == 0;
+        ok = create_slot(&s->slots[i], model) == 0;
+    for (uint32_t i = 0; ok && i < nsdf_workers_count(job->workers); i++)
+        ok = create_bench(&s->places[i], job, model) == 0;
     s->terms.epsilon = least_denominator; /* coefficients that see no gradient stay where they are */
     return ok ? 0 : -1;
 }
 
 /* ---- One step -------------------------------------------------------------------------------------------- */
-
-/* The samples of a slot: some of the frame's. */
-static void fill_batch(const state *s, slot *sl) {
-    const nsdf_sample_set *set = &s->job->samples[sl->frame];
-    const size_t wanted = s->job->options->batch_points, stride = set->count > wanted ? set->count / wanted : 1;
-    nsdf_block_batch *b = &sl->batch;
-    b->count = 0;
-    for (size_t i = sl->first % stride; i < set->count && b->count < wanted; i += stride)
-        nsdf_block_batch_add(b, set->x[i], set->y[i], set->z[i], set->d[i]);
-}
-
-/* f and dL/df at the points that some ball holds: the others do not count. */
-static void differentiate(slot *sl, float scale) {
-    nsdf_block_batch *b = &sl->batch;
-    sl->sums = (nsdf_fit_sums){0, 0, 0};
-    sl->points = 0;
-    for (uint32_t i = 0; i < b->count; i++) {
-        const float d = b->d[b->source[i]], sum = b->weight[i];
-        if (!(sum > 0.0f))
-            continue;
-        const float f = b->value[i] / sum;
-        const float side = d < 0.0f ? -f : f;
-        const float weight = side < safe_share * fabsf(d) ? 1.0f : weight_distance / (weight_distance + fabsf(d));
-        const float share = scale * weight / sum;
-        b->value[i] = f;
-        b->weight[i] = f > d ? share : -share;
-        sl->points++;
-        if (fabsf(d) < NSDF_NEAR_LIMIT) {
-            sl->sums.near_error += (double)fabsf(f - d);
-            sl->sums.near_count++;
-        }
-    }
-}
 
 /* u = U (x - c), U = M^-1 / r: dL/dc = -U^T g and dL/dM = -U^T g (r u)^T for g = dL/du. */
 static void pose_gradient(const float map[12], float radius, const nsdf_block_gradient *sums, float pose[12]) {
@@ -139,46 +131,76 @@ static void pose_gradient(const float map[12], float radius, const nsdf_block_gr
     }
 }
 
+/* Gradients of all blocks at the points of a slot. */
+static void find_gradients(const state *s, slot *sl, workplace *w) {
+    const nsdf_block_model *m = s->model;
+    const float *radii = m->values + nsdf_block_offset(&m->desc, NSDF_BLOCK_RADII);
+    for (uint32_t k = 0; k < m->desc.block_count; k++) {
+        nsdf_block_gradient sums;
+        s->passes->backward(&w->work, k, m->desc.degree, s->monomials[k], &sums);
+        memcpy(sl->terms[k], sums.terms, sizeof sums.terms);
+        pose_gradient(w->at.map[k], radii[k], &sums, w->poses[k]);
+    }
+    nsdf_block_sum_bones(m, (const float(*)[12])w->poses, sl->bones);
+}
+
 static void run_slot(void *data, uint32_t index, uint32_t worker) {
     state *s = data;
     slot *sl = &s->slots[index];
+    workplace *w = &s->places[worker];
     const nsdf_block_model *m = s->model;
     const float *radii = m->values + nsdf_block_offset(&m->desc, NSDF_BLOCK_RADII);
     const float scale = 1.0f / ((float)s->job->options->batch_points * (float)s->job->options->batch_frames);
-    (void)worker;
-    fill_batch(s, sl);
-    nsdf_block_frame_compose(&sl->at, m, s->active, s->job->u[sl->frame]);
-    sl->failed = nsdf_block_batch_find(&sl->batch, s->passes, &sl->at, m->desc.block_count);
-    for (uint32_t k = 0; !sl->failed && k < m->desc.block_count; k++)
-        s->passes->forward(&sl->batch, k, m->desc.degree, sl->at.terms[k]);
-    differentiate(sl, scale);
-    for (uint32_t k = 0; !sl->failed && k < m->desc.block_count; k++) {
-        nsdf_block_gradient sums;
-        s->passes->backward(&sl->batch, k, m->desc.degree, sl->at.terms[k], &sums);
-        memcpy(sl->terms[k], sums.terms, sizeof sums.terms);
-        pose_gradient(sl->at.map[k], radii[k], &sums, sl->poses[k]);
-    }
+    const nsdf_block_loss loss = {scale, weight_distance, safe_share, NSDF_NEAR_LIMIT};
+    nsdf_block_frame_pose(&w->at, m, s->active, s->job->u[sl->frame]);
+    const nsdf_block_batch *b =
+        nsdf_block_cache_take(&s->cache, sl->frame, sl->batch, sl->keep, &w->at, radii, s->passes, &w->work, &w->own);
+    sl->failed = !b || nsdf_block_batch_forward(&w->work, b, s->passes, &w->at,
+                                                (const float(*)[NSDF_BLOCK_MOST_TERMS])s->monomials,
+                                                m->desc.block_count, m->desc.degree) != 0;
+    if (sl->failed)
+        return;
+    sl->sums = s->passes->differentiate(&w->work, b, &loss);
+    find_gradients(s, sl, w);
 }
 
 /* Slot by slot, so that the sum does not depend on the threads. */
 static int gather(state *s) {
     const nsdf_block_model *m = s->model;
+    const uint32_t slots = s->job->options->batch_frames;
     double near = 0.0;
     uint64_t near_count = 0;
     int failed = 0;
     memset(s->gradient, 0, m->value_count * sizeof *s->gradient);
-    for (uint32_t i = 0; i < s->job->options->batch_frames; i++) {
+    for (uint32_t k = 0; k < m->desc.block_count; k++) {
+        float sum[NSDF_BLOCK_MOST_TERMS] = {0.0f};
+        for (uint32_t i = 0; i < slots; i++)
+            for (uint32_t t = 0; t < m->terms; t++)
+                sum[t] += s->slots[i].terms[k][t];
+        nsdf_block_add_gradient(m, k, sum, s->gradient);
+    }
+    for (uint32_t i = 0; i < slots; i++) {
         const slot *sl = &s->slots[i];
         failed |= sl->failed;
-        for (uint32_t k = 0; k < m->desc.block_count; k++)
-            nsdf_block_add_gradient(m, k, sl->terms[k], s->gradient);
-        nsdf_block_scatter_poses(m, s->job->u[sl->frame], (const float(*)[12])sl->poses, s->bone_scratch, s->gradient);
+        nsdf_block_scatter_bones(m, s->job->u[sl->frame], sl->bones, s->gradient);
         near += sl->sums.near_error;
         near_count += sl->sums.near_count;
     }
     const double mean = near_count ? near / (double)near_count : s->near_error;
     s->near_error = s->near_error > 0.0 ? 0.99 * s->near_error + 0.01 * mean : mean;
     return failed;
+}
+
+/* Which frame and which of its batches each slot takes. */
+static void choose_batches(state *s) {
+    for (uint32_t i = 0; i < s->job->options->batch_frames; i++) {
+        slot *sl = &s->slots[i];
+        sl->frame = nsdf_frame_order_next(&s->order, &s->random);
+        sl->batch = nsdf_random_u32(&s->random) % nsdf_block_cache_batches(&s->cache, sl->frame);
+        sl->keep = 1;
+        for (uint32_t j = 0; j < i; j++)
+            sl->keep &= s->slots[j].frame != sl->frame;
+    }
 }
 
 static int one_step(state *s, double schedule, int rounding) {
@@ -188,10 +210,9 @@ static int one_step(state *s, double schedule, int rounding) {
         nsdf_block_model_round(m, m->values, s->rounded);
         s->active = s->rounded; /* straight-through */
     }
-    for (uint32_t i = 0; i < s->job->options->batch_frames; i++) {
-        s->slots[i].frame = nsdf_frame_order_next(&s->order, &s->random);
-        s->slots[i].first = nsdf_random_u32(&s->random);
-    }
+    choose_batches(s);
+    for (uint32_t k = 0; k < m->desc.block_count; k++)
+        nsdf_block_get_monomials(m, s->active, k, s->monomials[k]);
     nsdf_workers_run(s->job->workers, s->job->options->batch_frames, run_slot, s);
     if (gather(s) != 0)
         return -1;
@@ -229,7 +250,7 @@ static int fit_steps(state *s, nsdf_fit_result *result) {
             return -1;
         result->steps++;
         for (uint32_t i = 0; i < s->job->options->batch_frames; i++)
-            result->samples += s->slots[i].points;
+            result->samples += s->slots[i].sums.count;
         if (nsdf_clock() - reported < 0.1 && result->steps < steps)
             continue;
         reported = nsdf_clock();

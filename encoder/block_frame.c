@@ -101,15 +101,12 @@ static void invert_pose(const float p[12], float radius, float map[12]) {
     }
 }
 
-void nsdf_block_scatter_poses(const nsdf_block_model *m, double u, const float (*gradient)[12], float *bone_scratch,
-                              float *value_gradient) {
-    const size_t plane = 12 * (size_t)m->desc.bone_count;
-    const knots_at k = find_knots(m, u);
-    memset(bone_scratch, 0, plane * sizeof *bone_scratch);
+void nsdf_block_sum_bones(const nsdf_block_model *m, const float (*gradient)[12], float *bones) {
+    memset(bones, 0, 12 * (size_t)m->desc.bone_count * sizeof *bones);
     for (size_t block = 0; block < m->desc.block_count; block++)
         for (size_t i = 0; i < m->desc.influences; i++) {
             const nsdf_block_influence *f = &m->influences[block * m->desc.influences + i];
-            float *bone = bone_scratch + 12 * (size_t)f->bone;
+            float *bone = bones + 12 * (size_t)f->bone;
             for (int row = 0; row < 3 && f->weight != 0.0f; row++) {
                 const float *g = gradient[block] + 4 * row;
                 for (int axis = 0; axis < 3; axis++)
@@ -117,11 +114,22 @@ void nsdf_block_scatter_poses(const nsdf_block_model *m, double u, const float (
                 bone[4 * row + 3] += f->weight * g[3];
             }
         }
+}
+
+void nsdf_block_scatter_bones(const nsdf_block_model *m, double u, const float *bones, float *value_gradient) {
+    const size_t plane = 12 * (size_t)m->desc.bone_count;
+    const knots_at k = find_knots(m, u);
     for (size_t j = 0; j < k.count; j++) {
         float *control = value_gradient + m->pose_offset + (k.first + j) * plane;
         for (size_t i = 0; i < plane; i++)
-            control[i] += k.weight[j] * bone_scratch[i];
+            control[i] += k.weight[j] * bones[i];
     }
+}
+
+void nsdf_block_scatter_poses(const nsdf_block_model *m, double u, const float (*gradient)[12], float *bone_scratch,
+                              float *value_gradient) {
+    nsdf_block_sum_bones(m, gradient, bone_scratch);
+    nsdf_block_scatter_bones(m, u, bone_scratch, value_gradient);
 }
 
 static void find_reach(const float pose[12], float radius, float reach[6]) {
@@ -139,7 +147,7 @@ int nsdf_block_alive(const nsdf_block_model *m, uint32_t block, double u) {
     return (life[0] <= 0.0f || u >= (double)life[0] + half) && (life[1] >= 1.0f || u <= (double)life[1] - half);
 }
 
-void nsdf_block_frame_compose(nsdf_block_frame *frame, const nsdf_block_model *model, const float *values, double u) {
+void nsdf_block_frame_pose(nsdf_block_frame *frame, const nsdf_block_model *model, const float *values, double u) {
     const float *radii = values + nsdf_block_offset(&model->desc, NSDF_BLOCK_RADII);
     compose_bones(frame, model, values, u);
     for (uint32_t k = 0; k < model->desc.block_count; k++) {
@@ -147,8 +155,13 @@ void nsdf_block_frame_compose(nsdf_block_frame *frame, const nsdf_block_model *m
         blend_pose(frame, model, k, frame->pose[k]);
         invert_pose(frame->pose[k], radii[k], frame->map[k]);
         find_reach(frame->pose[k], radii[k], frame->reach[k]);
-        nsdf_block_get_monomials(model, values, k, frame->terms[k]);
     }
+}
+
+void nsdf_block_frame_compose(nsdf_block_frame *frame, const nsdf_block_model *model, const float *values, double u) {
+    nsdf_block_frame_pose(frame, model, values, u);
+    for (uint32_t k = 0; k < model->desc.block_count; k++)
+        nsdf_block_get_monomials(model, values, k, frame->terms[k]);
 }
 
 /* ---- Polynomials ----------------------------------------------------------------------------------------- */

@@ -44,8 +44,8 @@ int nsdf_block_alive(const nsdf_block_model *model, uint32_t block, double u);
 
 /* Where a block's coefficients of a degree lie among the values. */
 static inline size_t nsdf_block_degree_offset(const nsdf_block_model *model, uint32_t block, uint32_t degree) {
-    return nsdf_block_offset(&model->desc, NSDF_BLOCK_COEFFICIENTS + degree) +
-           (size_t)block * nsdf_degree_terms(degree);
+    const size_t below = degree * (degree + 1) * (degree + 2) / 6; /* terms of lower degrees */
+    return model->term_offset + model->desc.block_count * below + (size_t)block * nsdf_degree_terms(degree);
 }
 
 /* A block's coefficients, for products of P_0 to P_3 (decoder/blocks_compose.c), to those of monomials, both by degree
@@ -71,6 +71,8 @@ int nsdf_block_frame_create(nsdf_block_frame *frame, const nsdf_block_model *mod
                             const float domain_max[3]);
 void nsdf_block_frame_free(nsdf_block_frame *frame);
 void nsdf_block_frame_compose(nsdf_block_frame *frame, const nsdf_block_model *model, const float *values, double u);
+/* The same but for the terms, which do not depend on time. */
+void nsdf_block_frame_pose(nsdf_block_frame *frame, const nsdf_block_model *model, const float *values, double u);
 
 /* Basis functions at u, in the order of the coefficients. */
 void nsdf_block_basis(uint32_t degree, const float u[3], float *basis);
@@ -78,5 +80,8 @@ void nsdf_block_basis(uint32_t degree, const float u[3], float *basis);
 /* A gradient with respect to the blocks' poses ([block][12], as frame->pose) becomes one of the values. */
 void nsdf_block_scatter_poses(const nsdf_block_model *model, double u, const float (*gradient)[12], float *bone_scratch,
                               float *value_gradient);
+/* Its two halves: to one with respect to the bones ([bone][12]), and from there to the values. */
+void nsdf_block_sum_bones(const nsdf_block_model *model, const float (*gradient)[12], float *bones);
+void nsdf_block_scatter_bones(const nsdf_block_model *model, double u, const float *bones, float *value_gradient);
 
 #endif

@@ -1,6 +1,6 @@
 /* The passes for any processor, and the choice among them. */
-#define TARGET
-
+#define PASSES_NAME "generic"
+#define W 4
 #include "block_passes_impl.h"
 
 const nsdf_block_passes *nsdf_block_passes_generic(void) {

@@ -161,7 +161,7 @@ static nsdf_status check_fitting(const nsdf_encoder_options *o, nsdf_encoder_err
         {"batch frames", o->batch_frames, 1, 4096},
         {"batch points", o->batch_points, 1, 1 << 20},
         {"steps of the blocks", (double)o->block_steps, 1, 1e12},
-        {"points of the blocks' batch", o->block_points, 1, 1 << 20},
+        {"points of the blocks' batch", o->block_points, 1, 1 << 16},
         {"learning rate", o->learning_rate, 1e-12, 1},
         {"entropy coder", (double)o->entropy, 0, 3},
         {"resolution", o->resolution, 2, NSDF_MAX_RESOLUTION},

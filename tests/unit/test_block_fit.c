@@ -5,93 +5,11 @@
 #include <setjmp.h>
 #include <cmocka.h>
 
-#include "block_batch.h"
 #include "block_fit.h"
+#include "block_fixture.h"
 #include "block_stage.h"
 #include "block_start.h"
 #include "fit_samples.h"
-#include "motion_samples.h"
-
-static const float low[3] = {-0.6f, -0.6f, -0.6f}, high[3] = {0.6f, 0.6f, 0.6f};
-
-/* What all tests fit: frames of a mesh, and a model whose coefficients are still 0. */
-typedef struct {
-    nsdf_frames frames;
-    double u[SAMPLE_FRAMES];
-    nsdf_workers *workers;
-    nsdf_block_model model;
-    nsdf_block_frame frame;
-    float (*normals)[3]; /* [block] */
-} fixture;
-
-static fixture make_fixture(nsdf_surface rest, uint32_t second_part, sample_mover move, uint32_t blocks, uint32_t bones,
-                            uint32_t degree) {
-    const nsdf_block_steps steps = {2e-4, 2e-4};
-    fixture x;
-    nsdf_bones found;
-    x.frames = sample_frames(&rest, SAMPLE_FRAMES, second_part, move);
-    for (uint32_t f = 0; f < SAMPLE_FRAMES; f++)
-        x.u[f] = (double)f / (SAMPLE_FRAMES - 1);
-    x.workers = nsdf_workers_create(1);
-    nsdf_motion motion = sample_motion(&x.frames, blocks, x.workers);
-    assert_int_equal(nsdf_bones_fit(&found, &motion, bones, x.workers), 0);
-    assert_int_equal(nsdf_block_model_create(&x.model, &motion, &found, x.u, degree, 1.0, &steps), 0);
-    assert_int_equal(nsdf_block_frame_create(&x.frame, &x.model, low, high), 0);
-    x.normals = motion.normals;
-    motion.normals = NULL;
-    nsdf_motion_free(&motion);
-    nsdf_bones_free(&found);
-    return x;
-}
-
-static fixture two_balls(uint32_t blocks, uint32_t bones, uint32_t degree) {
-    uint32_t second;
-    nsdf_surface rest = sample_two_balls(&second);
-    return make_fixture(rest, second, sample_rigid, blocks, bones, degree);
-}
-
-static void free_fixture(fixture *x) {
-    free(x->normals);
-    nsdf_block_frame_free(&x->frame);
-    nsdf_block_model_free(&x->model);
-    nsdf_workers_free(x->workers);
-    sample_frames_free(&x->frames);
-}
-
-static const float *values_of(const nsdf_block_model *m, uint32_t tensor) {
-    return m->values + nsdf_block_offset(&m->desc, tensor);
-}
-
-/* The ball's coordinates of a point, and 1 - |u|^2. */
-static double to_ball(const nsdf_block_frame *frame, uint32_t block, const float p[3], float u[3]) {
-    const float *m = frame->map[block];
-    double root = 1.0;
-    for (int row = 0; row < 3; row++) {
-        u[row] = m[4 * row] * p[0] + m[4 * row + 1] * p[1] + m[4 * row + 2] * p[2] + m[4 * row + 3];
-        root -= (double)u[row] * (double)u[row];
-    }
-    return root;
-}
-
-/* The field by its definition, from the coefficients. */
-static double field_at(const nsdf_block_frame *frame, const nsdf_block_model *m, const float p[3], uint32_t *hits) {
-    double weight = 0.0, sum = 0.0;
-    *hits = 0;
-    for (uint32_t k = 0; k < m->desc.block_count; k++) {
-        float u[3], basis[NSDF_BLOCK_MOST_TERMS];
-        const double root = to_ball(frame, k, p, u);
-        uint32_t n = 0;
-        if (!(root > 0.0))
-            continue;
-        ++*hits;
-        weight += root * root;
-        nsdf_block_basis(m->desc.degree, u, basis);
-        for (uint32_t d = 0; d <= m->desc.degree; d++)
-            for (uint32_t i = 0; i < nsdf_degree_terms(d); i++)
-                sum += root * root * (double)m->values[nsdf_block_degree_offset(m, k, d) + i] * (double)basis[n++];
-    }
-    return sum / weight;
-}
 
 /* ---- Basis ----------------------------------------------------------------------------------------------- */
 
@@ -234,125 +152,6 @@ static void test_rounded_weights_sum_to_1(void **state) {
     nsdf_bones_free(&bones);
     nsdf_workers_free(workers);
     nsdf_motion_free(&motion);
-}
-
-/* Points of a batch, with every ball that holds them. */
-static void fill(nsdf_block_batch *b, const fixture *x, uint32_t count) {
-    nsdf_random random = nsdf_random_start(7, 7);
-    b->count = 0;
-    for (uint32_t i = 0; i < count; i++) {
-        float p[3];
-        random_point(&random, 0.5f, p);
-        nsdf_block_batch_add(b, p[0], p[1], p[2], 0.01f);
-    }
-    assert_int_equal(nsdf_block_batch_find(b, nsdf_block_passes_select(), &x->frame, x->model.desc.block_count), 0);
-}
-
-static void test_balls_find_their_points(void **state) {
-    enum { COUNT = 500 };
-    fixture x = two_balls(60, 2, 1);
-    nsdf_block_batch b;
-    uint32_t found = 0;
-    (void)state;
-    nsdf_block_frame_compose(&x.frame, &x.model, x.model.values, 0.3);
-    assert_int_equal(nsdf_block_batch_create(&b, COUNT, x.model.desc.block_count, &x.frame), 0);
-    fill(&b, &x, COUNT);
-    for (uint32_t k = 0; k < x.model.desc.block_count; k++) {
-        uint8_t hit[COUNT + 1] = {0};
-        assert_true(b.first[k] % NSDF_HIT_LANES == 0 && b.first[k + 1] % NSDF_HIT_LANES == 0);
-        for (uint32_t i = b.first[k]; i < b.first[k + 1]; i++)
-            if (b.point[i] < COUNT) {
-                assert_false(hit[b.point[i]]);
-                hit[b.point[i]] = 1;
-            }
-        for (uint32_t i = 0; i < COUNT; i++) {
-            const float p[3] = {b.sorted[0][i], b.sorted[1][i], b.sorted[2][i]};
-            float u[3];
-            const double root = to_ball(&x.frame, k, p, u);
-            if (fabs(root - 1e-4) > 1e-5)
-                assert_true(hit[i] == (root > 1e-4));
-            found += hit[i];
-        }
-    }
-    assert_true(found > 100);
-    nsdf_block_batch_free(&b);
-    free_fixture(&x);
-}
-
-/* The loss sum of f over the points, whose gradient the passes give. */
-static double sum_of_values(fixture *x, nsdf_block_batch *b) {
-    double sum = 0.0;
-    uint32_t hits;
-    nsdf_block_frame_compose(&x->frame, &x->model, x->model.values, 0.3);
-    for (uint32_t i = 0; i < b->count; i++) {
-        const float p[3] = {b->x[i], b->y[i], b->z[i]};
-        const double f = field_at(&x->frame, &x->model, p, &hits);
-        sum += hits > 0 ? f : 0.0;
-    }
-    return sum;
-}
-
-static void run_passes(const nsdf_block_passes *passes, fixture *x, nsdf_block_batch *b, nsdf_block_gradient *sums) {
-    const uint32_t degree = x->model.desc.degree;
-    for (uint32_t i = 0; i <= b->count; i++)
-        b->weight[i] = b->value[i] = 0.0f;
-    for (uint32_t k = 0; k < x->model.desc.block_count; k++)
-        passes->forward(b, k, degree, x->frame.terms[k]);
-    for (uint32_t i = 0; i < b->count; i++) {
-        b->value[i] = b->weight[i] > 0.0f ? b->value[i] / b->weight[i] : 0.0f;
-        b->weight[i] = b->weight[i] > 0.0f ? 1.0f / b->weight[i] : 0.0f;
-    }
-    for (uint32_t k = 0; k < x->model.desc.block_count; k++)
-        passes->backward(b, k, degree, x->frame.terms[k], &sums[k]);
-}
-
-static void test_gradients_of_coefficients_are_those_of_the_field(void **state) {
-    enum { COUNT = 400, BLOCKS = 40 };
-    (void)state;
-    for (uint32_t degree = 1; degree <= 3; degree++) {
-        fixture x = two_balls(BLOCKS, 2, degree);
-        nsdf_block_model *m = &x.model;
-        nsdf_block_batch b;
-        nsdf_block_gradient sums[BLOCKS];
-        float *noise = random_floats(m->term_count, 0.1f, 3), *gradient = calloc(m->value_count, sizeof *gradient);
-        memcpy(m->values + m->term_offset, noise, m->term_count * sizeof *noise);
-        nsdf_block_frame_compose(&x.frame, m, m->values, 0.3);
-        assert_int_equal(nsdf_block_batch_create(&b, COUNT, BLOCKS, &x.frame), 0);
-        fill(&b, &x, COUNT);
-        run_passes(nsdf_block_passes_generic(), &x, &b, sums);
-        for (uint32_t k = 0; k < BLOCKS; k++)
-            nsdf_block_add_gradient(m, k, sums[k].terms, gradient);
-        for (size_t i = m->term_offset; i < m->value_count; i += 7) {
-            const float kept = m->values[i];
-            m->values[i] = kept + 0.01f;
-            const double up = sum_of_values(&x, &b);
-            m->values[i] = kept - 0.01f;
-            const double slope = (up - sum_of_values(&x, &b)) / 0.02;
-            m->values[i] = kept;
-            assert_true(fabs(slope - (double)gradient[i]) < 2e-3 + 2e-3 * fabs(slope));
-        }
-        free(noise);
-        free(gradient);
-        nsdf_block_batch_free(&b);
-        free_fixture(&x);
-    }
-}
-
-static void test_passes_of_all_instruction_sets_give_the_same_bits(void **state) {
-    enum { COUNT = 1000, BLOCKS = 60 };
-    const nsdf_block_passes *generic = nsdf_block_passes_generic(), *best = nsdf_block_passes_select();
-    fixture x = two_balls(BLOCKS, 2, 3);
-    nsdf_block_batch b;
-    nsdf_block_gradient one[BLOCKS], other[BLOCKS];
-    (void)state;
-    nsdf_block_frame_compose(&x.frame, &x.model, x.model.values, 0.3);
-    assert_int_equal(nsdf_block_batch_create(&b, COUNT, BLOCKS, &x.frame), 0);
-    fill(&b, &x, COUNT);
-    run_passes(generic, &x, &b, one);
-    run_passes(best, &x, &b, other);
-    assert_memory_equal(one, other, sizeof one);
-    nsdf_block_batch_free(&b);
-    free_fixture(&x);
 }
 
 /* L = sum over blocks of g . pose: linear in the poses, and so in their control points. */
@@ -639,9 +438,6 @@ int main(void) {
         cmocka_unit_test(test_maps_are_the_inverse_of_poses),
         cmocka_unit_test(test_blocks_start_where_the_surface_is),
         cmocka_unit_test(test_rounded_weights_sum_to_1),
-        cmocka_unit_test(test_balls_find_their_points),
-        cmocka_unit_test(test_gradients_of_coefficients_are_those_of_the_field),
-        cmocka_unit_test(test_passes_of_all_instruction_sets_give_the_same_bits),
         cmocka_unit_test(test_pose_gradients_reach_the_control_points),
         cmocka_unit_test(test_a_sphere_is_started_well),
         cmocka_unit_test(test_a_plane_is_started_exactly),

@@ -79,7 +79,7 @@ typedef struct nsdf_encoder_options {
     double motion_rate;                 /* 0 to 1: error, fraction of the diagonal, that one bit for each number of the
                                            motion is worth */
     uint64_t block_steps;               /* of Adam */
-    uint32_t block_points;              /* each step: batch_frames frames, so many points of each */
+    uint32_t block_points;              /* each step: batch_frames frames, so many points of each, at most 65536 */
     /* data */
     nsdf_sampling sampling;
     uint32_t samples_per_frame; /* 0 = chosen from the number of frames */

@@ -1,0 +1,144 @@
+#include "block_cache.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* Of a ball's radius: a wider margin is checked in vain more often, a narrower one holds fewer steps. */
+static const float margin = 0.12f;
+/* For the rounding of what is compared with it. */
+static const float margin_kept = 0.99f;
+
+/* Bytes of a sample: itself, and about seven candidates with their room. */
+enum { SAMPLE_BYTES = 16 + 2 * 8 };
+
+static size_t stride_of(const nsdf_block_cache *c, uint32_t frame) {
+    const size_t count = c->samples[frame].count;
+    return count > c->wanted ? count / c->wanted : 1;
+}
+
+static double bytes_of(const nsdf_block_cache *c) {
+    double bytes = 0.0;
+    for (uint32_t f = 0; f < c->frame_count; f++)
+        bytes += (double)SAMPLE_BYTES * (double)c->samples[f].count +
+                 (double)c->blocks * (double)(18 * sizeof(float) + stride_of(c, f) * sizeof(uint32_t));
+    return bytes;
+}
+
+static int create_references(nsdf_block_cache *c) {
+    int ok = 1;
+    c->references = calloc(c->frame_count, sizeof *c->references);
+    for (uint32_t f = 0; c->references && f < c->frame_count; f++) {
+        nsdf_block_reference *r = &c->references[f];
+        r->map = malloc(sizeof *r->map * c->blocks);
+        r->reach = malloc(sizeof *r->reach * c->blocks);
+        ok &= r->map && r->reach;
+    }
+    return c->references && ok ? 0 : -1;
+}
+
+int nsdf_block_cache_create(nsdf_block_cache *c, const nsdf_sample_set *samples, uint32_t frame_count, uint32_t wanted,
+                            uint32_t blocks, size_t most_bytes) {
+    *c = (nsdf_block_cache){samples, frame_count, blocks, wanted, NULL, NULL, NULL};
+    if (bytes_of(c) > (double)most_bytes)
+        return 0;
+    size_t count = 0;
+    c->first = malloc(((size_t)frame_count + 1) * sizeof *c->first);
+    for (uint32_t f = 0; c->first && f < frame_count; f++) {
+        c->first[f] = (uint32_t)count;
+        count += stride_of(c, f);
+    }
+    c->batches = calloc(count, sizeof *c->batches);
+    if (c->first && c->batches && create_references(c) == 0) {
+        c->first[frame_count] = (uint32_t)count;
+        return 0;
+    }
+    nsdf_block_cache_free(c);
+    return -1;
+}
+
+void nsdf_block_cache_free(nsdf_block_cache *c) {
+    const uint32_t count = c->batches && c->references ? c->first[c->frame_count] : 0;
+    for (uint32_t i = 0; i < count; i++)
+        nsdf_block_batch_free(&c->batches[i]);
+    for (uint32_t f = 0; c->references && f < c->frame_count; f++) {
+        free(c->references[f].map);
+        free(c->references[f].reach);
+    }
+    free(c->references);
+    free(c->batches);
+    free(c->first);
+    memset(c, 0, sizeof *c);
+}
+
+uint32_t nsdf_block_cache_batches(const nsdf_block_cache *c, uint32_t frame) {
+    return (uint32_t)stride_of(c, frame);
+}
+
+/* ---- References ------------------------------------------------------------------------------------------ */
+
+/* u0 = U0 x + v0 in the reference's ball is r U0 A u + (U0 c + v0) for u in the ball now: |u| < 1 gives |u0| < 1 + |r
+ * U0 A - 1| + |U0 c + v0|. */
+static int is_covered(const float map[12], const float pose[12], float radius) {
+    float turned = 0.0f, moved = 0.0f;
+    for (int row = 0; row < 3; row++) {
+        const float *m = map + 4 * row;
+        for (int k = 0; k < 3; k++) {
+            const float entry = radius * (m[0] * pose[k] + m[1] * pose[4 + k] + m[2] * pose[8 + k]);
+            const float off = entry - (row == k ? 1.0f : 0.0f);
+            turned += off * off;
+        }
+        const float off = m[0] * pose[3] + m[1] * pose[7] + m[2] * pose[11] + m[3];
+        moved += off * off;
+    }
+    return sqrtf(turned) + sqrtf(moved) < margin_kept * margin;
+}
+
+static int covers(const nsdf_block_reference *r, const nsdf_block_frame *at, const float *radii, uint32_t blocks) {
+    uint32_t apart = 0;
+    for (uint32_t k = 0; k < blocks && !apart; k++)
+        apart = at->alive[k] && !is_covered(r->map[k], at->pose[k], radii[k]);
+    return !apart;
+}
+
+static void set_reference(nsdf_block_reference *r, const nsdf_block_frame *at, uint32_t blocks) {
+    memcpy(r->map, at->map, blocks * sizeof *r->map);
+    memcpy(r->reach, at->reach, blocks * sizeof *r->reach);
+    r->stamp++;
+}
+
+/* ---- Batches --------------------------------------------------------------------------------------------- */
+
+static const nsdf_block_batch *take_kept(nsdf_block_cache *c, uint32_t frame, uint32_t number,
+                                         const nsdf_block_frame *at, const float *radii,
+                                         const nsdf_block_passes *passes, nsdf_block_work *work) {
+    nsdf_block_batch *b = &c->batches[c->first[frame] + number];
+    nsdf_block_reference *r = &c->references[frame];
+    if (!b->point) {
+        if (nsdf_block_batch_create(b, c->wanted, c->blocks) != 0)
+            return NULL;
+        nsdf_block_batch_fill(b, work, at, &c->samples[frame], number, stride_of(c, frame), c->wanted);
+    }
+    if (r->stamp == 0 || !covers(r, at, radii, c->blocks))
+        set_reference(r, at, c->blocks);
+    if (b->listed != r->stamp) {
+        if (nsdf_block_batch_list(b, work, passes, at, (const float(*)[12])r->map, (const float(*)[6])r->reach,
+                                  c->blocks, margin) != 0)
+            return NULL;
+        b->listed = r->stamp;
+    }
+    return b;
+}
+
+const nsdf_block_batch *nsdf_block_cache_take(nsdf_block_cache *c, uint32_t frame, uint32_t number, int keep,
+                                              const nsdf_block_frame *at, const float *radii,
+                                              const nsdf_block_passes *passes, nsdf_block_work *work,
+                                              nsdf_block_batch *own) {
+    if (keep && c->batches)
+        return take_kept(c, frame, number, at, radii, passes, work);
+    nsdf_block_batch_fill(own, work, at, &c->samples[frame], number, stride_of(c, frame), c->wanted);
+    if (nsdf_block_batch_list(own, work, passes, at, (const float(*)[12])at->map, (const float(*)[6])at->reach,
+                              c->blocks, 0.0f) != 0)
+        return NULL;
+    return own;
+}
