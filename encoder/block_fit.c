@@ -2,6 +2,7 @@
 
 #include "block_cache.h"
 #include "block_rate.h"
+#include "checkpoint.h"
 #include "frame_order.h"
 #include "optimiser.h"
 
@@ -52,6 +53,8 @@ typedef struct {
     float (*monomials)[NSDF_BLOCK_MOST_TERMS]; /* [block] */
     const float *active;
     double near_error;
+    double began; /* nsdf_clock(), had there been no break */
+    nsdf_fit_result *result;
 } state;
 
 /* ---- Setting up ------------------------------------------------------------------------------------------ */
@@ -94,10 +97,12 @@ static int create_bench(workplace *b, const nsdf_fit_job *job, const nsdf_block_
                : -1;
 }
 
-static int create_state(state *s, const nsdf_fit_job *job, nsdf_block_model *model) {
+static int create_state(state *s, const nsdf_fit_job *job, nsdf_block_model *model, nsdf_fit_result *result) {
     memset(s, 0, sizeof *s);
     s->job = job;
     s->model = model;
+    s->result = result;
+    s->began = nsdf_clock();
     s->passes = nsdf_block_passes_select();
     s->random = nsdf_random_start(job->options->seed, 3);
     s->slots = calloc(job->options->batch_frames, sizeof *s->slots);
@@ -224,8 +229,23 @@ static int one_step(state *s, double schedule, int rounding) {
 
 /* ---- The loop -------------------------------------------------------------------------------------------- */
 
-static int report(const state *s, double began, nsdf_fit_result *result) {
-    const double now = nsdf_clock(), spent = now - began;
+/* All that later steps depend on. */
+static void state_fields(void *fitting, nsdf_fit_state *f) {
+    state *s = fitting;
+    nsdf_state_u64(f, &s->result->steps);
+    nsdf_state_expect(f, s->result->steps <= s->job->options->steps, "more steps than there are");
+    nsdf_state_u64(f, &s->result->samples);
+    nsdf_state_clock(f, &s->began);
+    nsdf_state_f64(f, &s->near_error);
+    nsdf_state_random(f, &s->random);
+    nsdf_state_order(f, &s->order);
+    nsdf_state_floats(f, s->model->values, s->model->value_count);
+    nsdf_state_adam(f, &s->terms);
+    nsdf_state_adam(f, &s->poses);
+}
+
+static int report(const state *s, nsdf_fit_result *result) {
+    const double now = nsdf_clock(), spent = now - s->began;
     const double fraction = fmin(1.0, (double)result->steps / (double)s->job->options->steps);
     nsdf_progress p = {NSDF_STAGE_FIT,
                        fraction,
@@ -238,12 +258,15 @@ static int report(const state *s, double began, nsdf_fit_result *result) {
     return answer;
 }
 
-/* All steps.  Returns what progress answered, or -1 on failure. */
+static int save(state *s) {
+    return nsdf_checkpoint_save(s->job->checkpoint, s->result->steps, state_fields, s);
+}
+
+/* All steps that are left.  Returns what progress answered, or -1 on failure. */
 static int fit_steps(state *s, nsdf_fit_result *result) {
     const uint64_t steps = s->job->options->steps;
     const uint64_t rounding_from = (uint64_t)((1.0 - rounding_share) * (double)steps);
-    const double began = nsdf_clock();
-    double reported = began;
+    double reported = nsdf_clock();
     while (result->steps < steps) {
         const double schedule = nsdf_rate_schedule(result->steps, steps, 1.0);
         if (one_step(s, schedule, result->steps >= rounding_from) != 0)
@@ -251,12 +274,14 @@ static int fit_steps(state *s, nsdf_fit_result *result) {
         result->steps++;
         for (uint32_t i = 0; i < s->job->options->batch_frames; i++)
             result->samples += s->slots[i].sums.count;
+        if (nsdf_checkpoint_due(s->job->checkpoint, result->steps == steps) && save(s) != 0)
+            return -1;
         if (nsdf_clock() - reported < 0.1 && result->steps < steps)
             continue;
         reported = nsdf_clock();
-        const int answer = report(s, began, result);
+        const int answer = report(s, result);
         if (answer != NSDF_CONTINUE)
-            return answer;
+            return save(s) != 0 ? -1 : answer;
     }
     return NSDF_CONTINUE;
 }
@@ -264,7 +289,9 @@ static int fit_steps(state *s, nsdf_fit_result *result) {
 int nsdf_block_fit_run(const nsdf_fit_job *job, nsdf_block_model *model, nsdf_fit_result *result) {
     state s;
     memset(result, 0, sizeof *result);
-    int failed = create_state(&s, job, model);
+    int failed = create_state(&s, job, model, result);
+    if (!failed)
+        failed = nsdf_checkpoint_begin(job->checkpoint, job, model->values, model->value_count, state_fields, &s);
     if (!failed)
         failed = fit_steps(&s, result) < 0;
     if (!failed) {

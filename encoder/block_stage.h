@@ -5,7 +5,7 @@
 #include "block_fit.h"
 #include "container.h"
 
-/* Tracks, finds bones, starts and fits.  Returns 0, or -1 when memory ran out. */
+/* Tracks, finds bones, starts and fits.  Returns as nsdf_fit_run. */
 int nsdf_fit_blocks(const nsdf_fit_job *job, nsdf_block_model *model, nsdf_fit_result *result);
 
 /* As nsdf_code_segment. */

@@ -2,6 +2,7 @@
 
 #include "block_stage.h"
 #include "bound.h"
+#include "checkpoint.h"
 #include "container.h"
 #include "dataset.h"
 #include "encoder_options.h"
@@ -39,6 +40,7 @@ struct nsdf_encoder {
     uint64_t measured_hash;
     float measured_piece; /* header.smallest_piece then */
     nsdf_quality_record quality;
+    nsdf_checkpoint checkpoint; /* of the main fit */
 };
 
 /* What the stages of one run share. */
@@ -83,6 +85,7 @@ void nsdf_encoder_close(nsdf_encoder **encoder) {
     nsdf_frames_free(&(*encoder)->frames);
     nsdf_buffer_free(&(*encoder)->file);
     nsdf_block_model_free(&(*encoder)->blocks);
+    nsdf_checkpoint_free(&(*encoder)->checkpoint);
     free((*encoder)->parameters);
     free(*encoder);
     *encoder = NULL;
@@ -94,7 +97,33 @@ nsdf_status nsdf_encoder_add_frame(nsdf_encoder *encoder, uint32_t frame, const 
         return nsdf_encoder_fail(error, NSDF_INVALID_ARGUMENT, "a NULL was given");
     if (encoder->ran)
         return nsdf_encoder_fail(error, NSDF_INVALID_ARGUMENT, "frames cannot be added after a run");
+    if (encoder->checkpoint.resumed.data)
+        return nsdf_encoder_fail(error, NSDF_INVALID_ARGUMENT, "frames cannot be added after a checkpoint");
     return nsdf_frames_add(&encoder->frames, frame, mesh, error);
+}
+
+nsdf_status nsdf_encoder_set_checkpoint(nsdf_encoder *encoder, double seconds, nsdf_checkpoint_fn save, void *user,
+                                        nsdf_encoder_error *error) {
+    if (!encoder)
+        return nsdf_encoder_fail(error, NSDF_INVALID_ARGUMENT, "a NULL was given");
+    if (encoder->ran)
+        return nsdf_encoder_fail(error, NSDF_INVALID_ARGUMENT, "checkpoints cannot be asked for after a run");
+    if (!(seconds >= 0.0))
+        return nsdf_encoder_fail(error, NSDF_INVALID_ARGUMENT, "%g seconds between checkpoints, expected 0 or more",
+                                 seconds);
+    encoder->checkpoint.save = save;
+    encoder->checkpoint.user = user;
+    encoder->checkpoint.seconds = seconds;
+    return NSDF_OK;
+}
+
+nsdf_status nsdf_encoder_resume(nsdf_encoder *encoder, const void *data, size_t size, uint64_t *steps,
+                                nsdf_encoder_error *error) {
+    if (!encoder || !data)
+        return nsdf_encoder_fail(error, NSDF_INVALID_ARGUMENT, "a NULL was given");
+    if (encoder->ran)
+        return nsdf_encoder_fail(error, NSDF_INVALID_ARGUMENT, "a run cannot go on from a checkpoint after it began");
+    return nsdf_checkpoint_open(&encoder->checkpoint, data, size, &encoder->options, &encoder->frames, steps, error);
 }
 
 /* ---- Stages --------------------------------------------------------------------------------------------- */
@@ -151,13 +180,17 @@ static nsdf_fit_job fit_job(run *r) {
                         r->workers,
                         r->progress,
                         r->user,
-                        r->start};
+                        r->start,
+                        NULL};
     return job;
 }
 
 /* Whether fitting, or more of it, came to a usable end. */
 static nsdf_status fitted(run *r, int failed) {
     nsdf_encoder_stats *stats = &r->encoder->stats;
+    if (failed && r->encoder->checkpoint.refusal)
+        return nsdf_encoder_fail(r->error, NSDF_CORRUPT, "the checkpoint does not fit: %s",
+                                 r->encoder->checkpoint.refusal);
     if (failed)
         return nsdf_encoder_fail(r->error, NSDF_NO_MEMORY, "out of memory while fitting");
     stats->steps = r->fit.steps;
@@ -178,12 +211,11 @@ static int uses_blocks(const run *r) {
 }
 
 static nsdf_status fit(run *r) {
-    if (uses_blocks(r)) {
-        nsdf_fit_job job = fit_job(r);
-        return fitted(r, nsdf_fit_blocks(&job, &r->encoder->blocks, &r->fit));
-    }
-    nsdf_random random = nsdf_random_start(r->encoder->options.seed, 1);
     nsdf_fit_job job = fit_job(r);
+    job.checkpoint = &r->encoder->checkpoint;
+    if (uses_blocks(r))
+        return fitted(r, nsdf_fit_blocks(&job, &r->encoder->blocks, &r->fit));
+    nsdf_random random = nsdf_random_start(r->encoder->options.seed, 1);
     nsdf_model_initialise(&r->encoder->model, &random, r->encoder->parameters);
     return fitted(r, nsdf_fit_run(&job, r->encoder->parameters, &r->fit));
 }
@@ -366,7 +398,11 @@ nsdf_status nsdf_encoder_run(nsdf_encoder *encoder, nsdf_progress_fn progress, v
         return nsdf_encoder_fail(error, NSDF_INVALID_ARGUMENT, "no frames were added");
     run r = {.encoder = encoder, .progress = progress, .user = user, .error = error, .start = nsdf_clock()};
     encoder->ran = 1;
-    nsdf_status status = run_stages(&r);
+    nsdf_status status = NSDF_OK;
+    if (nsdf_checkpoint_prepare(&encoder->checkpoint, &encoder->options, &encoder->frames) != 0)
+        status = nsdf_encoder_fail(error, NSDF_NO_MEMORY, "out of memory for checkpoints");
+    else
+        status = run_stages(&r);
     nsdf_encoder_stats *stats = &encoder->stats;
     stats->frames = encoder->frames.count;
     stats->nominal_frames = encoder->header.frame_count;

@@ -1,5 +1,6 @@
 #include "fit.h"
 
+#include "checkpoint.h"
 #include "frame_order.h"
 #include "optimiser.h"
 #include "stray.h"
@@ -65,6 +66,9 @@ typedef struct {
     nsdf_sample_set *stray; /* [frame] */
     tail_ring *tail;        /* [frame] */
     uint32_t searched;      /* searches made */
+    float *parameters;      /* that are fitted */
+    double began;           /* nsdf_clock(), had there been no break */
+    nsdf_fit_result *result;
 } state;
 
 double nsdf_clock(void) {
@@ -97,12 +101,15 @@ static void free_state(state *s) {
     nsdf_adam_free(&s->adam);
 }
 
-static int create_state(state *s, const nsdf_fit_job *job) {
+static int create_state(state *s, const nsdf_fit_job *job, float *parameters, nsdf_fit_result *result) {
     const nsdf_encoder_options *o = job->options;
     const nsdf_model *model = job->model;
     uint32_t workers = nsdf_workers_count(job->workers);
     memset(s, 0, sizeof *s);
     s->job = job;
+    s->parameters = parameters;
+    s->result = result;
+    s->began = nsdf_clock();
     s->kernels = nsdf_fit_kernels_select();
     s->loss = (nsdf_loss_params){o->loss, (float)o->loss_d0, (float)o->loss_delta, (float)o->loss_slope};
     s->random = nsdf_random_start(o->seed, 2);
@@ -236,9 +243,9 @@ static void one_step(state *s, float *parameters, double rate, int rounding) {
 
 /* ---- The loop ------------------------------------------------------------------------------------------- */
 
-static int report(const state *s, uint64_t done, double began, nsdf_fit_result *result) {
+static int report(const state *s, uint64_t done, nsdf_fit_result *result) {
     const nsdf_fit_job *job = s->job;
-    double now = nsdf_clock(), spent = now - began, fraction = (double)done / (double)job->options->steps;
+    double now = nsdf_clock(), spent = now - s->began, fraction = (double)done / (double)job->options->steps;
     nsdf_progress p = {NSDF_STAGE_FIT,
                        fraction,
                        now - job->start_time,
@@ -292,13 +299,65 @@ static uint64_t rounding_start(const nsdf_encoder_options *o) {
     return (uint64_t)((1.0 - quantise_aware_share) * (double)o->steps);
 }
 
+/* ---- Checkpoints ---------------------------------------------------------------------------------------- */
+
+static void tail_fields(nsdf_fit_state *f, tail_ring *tail, size_t samples) {
+    nsdf_state_u32(f, &tail->count);
+    nsdf_state_u32(f, &tail->next);
+    nsdf_state_expect(f, tail->count <= TAIL_SIZE && tail->next < TAIL_SIZE, "a tail that is too long");
+    for (uint32_t i = 0; i < TAIL_SIZE; i++) {
+        nsdf_state_u32(f, &tail->index[i]);
+        nsdf_state_expect(f, tail->index[i] < samples, "a sample that there is not");
+    }
+}
+
+static void frame_fields(state *s, nsdf_fit_state *f, uint32_t frame) {
+    uint64_t cursor = s->cursor[frame];
+    nsdf_state_u64(f, &cursor);
+    s->cursor[frame] = (size_t)cursor;
+    tail_fields(f, &s->tail[frame], s->job->samples[frame].count);
+    if (nsdf_state_reading(f) && nsdf_stray_room(&s->stray[frame]) != 0)
+        nsdf_cursor_fail(&f->in, NSDF_PARSE_NO_MEMORY, f->in.at, "out of memory");
+    nsdf_state_samples(f, &s->stray[frame], NSDF_MOST_HARD);
+}
+
+/* All that later steps depend on; that is also where the last step was rounded to, since searches look there. */
+static void state_fields(void *fitting, nsdf_fit_state *f) {
+    state *s = fitting;
+    nsdf_model *model = s->job->model;
+    uint8_t rounding = s->active == s->rounded;
+    nsdf_state_u64(f, &s->result->steps);
+    nsdf_state_expect(f, s->result->steps <= s->job->options->steps, "more steps than there are");
+    nsdf_state_u64(f, &s->result->samples);
+    nsdf_state_u64(f, &s->result->strays);
+    nsdf_state_clock(f, &s->began);
+    nsdf_state_f64(f, &s->near_error);
+    nsdf_state_random(f, &s->random);
+    nsdf_state_order(f, &s->order);
+    nsdf_state_u32(f, &s->searched);
+    nsdf_state_quantisers(f, &model->desc.list);
+    nsdf_state_u8(f, &rounding);
+    s->active = rounding ? s->rounded : s->parameters;
+    nsdf_state_floats(f, s->rounded, rounding ? model->parameter_count : 0);
+    nsdf_state_floats(f, s->parameters, model->parameter_count);
+    nsdf_state_adam(f, &s->adam);
+    for (uint32_t i = 0; i < s->job->frame_count; i++)
+        frame_fields(s, f, i);
+}
+
+static int save(state *s) {
+    return nsdf_checkpoint_save(s->job->checkpoint, s->result->steps, state_fields, s);
+}
+
+/* ---- Steps ---------------------------------------------------------------------------------------------- */
+
 /* The main loop.  Returns the last answer of the progress callback, or -1 when memory ran out. */
-static int fit_steps(state *s, float *parameters, double began, nsdf_fit_result *result) {
+static int fit_steps(state *s, float *parameters, nsdf_fit_result *result) {
     const nsdf_encoder_options *o = s->job->options;
     nsdf_quantise_params quantise = {o->weight_bits, 0};
     uint64_t rounding_from = rounding_start(o);
-    double reported = began;
-    for (uint64_t step = 0; step < o->steps; step++) {
+    double reported = nsdf_clock();
+    for (uint64_t step = result->steps; step < o->steps; step++) {
         if (step == rounding_from)
             nsdf_choose_quantisers(s->job->model, &quantise, parameters);
         if (o->hard_samples && s->searched < SEARCHES && step > 0 &&
@@ -307,18 +366,20 @@ static int fit_steps(state *s, float *parameters, double began, nsdf_fit_result 
             return -1;
         one_step(s, parameters, nsdf_rate_schedule(step, o->steps, o->learning_rate), step >= rounding_from);
         count_step(s, result);
+        if (nsdf_checkpoint_due(s->job->checkpoint, step + 1 == o->steps) && save(s) != 0)
+            return -1;
         if (nsdf_clock() - reported < 0.1 && step + 1 < o->steps)
             continue;
         reported = nsdf_clock();
-        int answer = report(s, step + 1, began, result);
+        int answer = report(s, step + 1, result);
         if (answer != NSDF_CONTINUE)
-            return answer;
+            return save(s) != 0 ? -1 : answer;
     }
     return NSDF_CONTINUE;
 }
 
 /* A few more steps at a low rate.  Returns the answer of the progress callback. */
-static int extra_steps(state *s, float *parameters, double began, nsdf_fit_result *result) {
+static int extra_steps(state *s, float *parameters, nsdf_fit_result *result) {
     const nsdf_encoder_options *o = s->job->options;
     uint64_t steps = 1 + (uint64_t)(repair_share * (double)o->steps);
     for (uint64_t step = 0; step < steps; step++) {
@@ -326,11 +387,11 @@ static int extra_steps(state *s, float *parameters, double began, nsdf_fit_resul
                  rounding_start(o) != UINT64_MAX);
         count_step(s, result);
     }
-    return report(s, o->steps, began, result);
+    return report(s, o->steps, result);
 }
 
 /* Searches, and fits a little more while anything is found. */
-static int repair(state *s, float *parameters, double began, nsdf_fit_result *result) {
+static int repair(state *s, float *parameters, nsdf_fit_result *result) {
     int rounding = rounding_start(s->job->options) != UINT64_MAX;
     for (int round = 0; round < REPAIR_ROUNDS; round++) {
         if (rounding)
@@ -339,7 +400,7 @@ static int repair(state *s, float *parameters, double began, nsdf_fit_result *re
             return -1;
         if (result->strays == 0 || result->strays > (uint64_t)HOPELESS_STRAYS * s->job->frame_count)
             break;
-        int answer = extra_steps(s, parameters, began, result);
+        int answer = extra_steps(s, parameters, result);
         if (answer != NSDF_CONTINUE)
             return answer;
     }
@@ -365,12 +426,12 @@ static int preload_strays(state *s, const nsdf_sample_set *strays) {
 
 int nsdf_fit_mend(const nsdf_fit_job *job, const nsdf_sample_set *strays, float *parameters, nsdf_fit_result *result) {
     state s;
-    int failed = create_state(&s, job) != 0 || preload_strays(&s, strays) != 0;
+    int failed = create_state(&s, job, parameters, result) != 0 || preload_strays(&s, strays) != 0;
     s.near_error = result->near_error;
     if (!failed)
         failed = find_strays(&s, parameters, REPAIR_RESOLUTION, result) != 0;
     if (!failed)
-        (void)extra_steps(&s, parameters, nsdf_clock(), result);
+        (void)extra_steps(&s, parameters, result);
     result->near_error = s.near_error;
     result->diverged = !all_finite(parameters, job->model->parameter_count);
     free_state(&s);
@@ -382,12 +443,13 @@ int nsdf_fit_run(const nsdf_fit_job *job, float *parameters, nsdf_fit_result *re
     nsdf_quantise_params quantise = {o->weight_bits, 0};
     state s;
     memset(result, 0, sizeof *result);
-    int answer = create_state(&s, job) == 0 ? NSDF_CONTINUE : -1;
-    double began = nsdf_clock();
+    int answer = create_state(&s, job, parameters, result) == 0 ? NSDF_CONTINUE : -1;
     if (answer == NSDF_CONTINUE)
-        answer = fit_steps(&s, parameters, began, result);
+        answer = nsdf_checkpoint_begin(job->checkpoint, job, parameters, job->model->parameter_count, state_fields, &s);
+    if (answer == NSDF_CONTINUE)
+        answer = fit_steps(&s, parameters, result);
     if (answer == NSDF_CONTINUE && o->hard_samples)
-        answer = repair(&s, parameters, began, result);
+        answer = repair(&s, parameters, result);
     result->near_error = s.near_error;
     result->diverged = !all_finite(parameters, job->model->parameter_count);
     /* Stopped before rounding began, or raw values: the quantisers are still to be chosen. */

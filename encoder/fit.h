@@ -8,6 +8,8 @@
 #include "sampler.h"
 #include "workers.h"
 
+struct nsdf_checkpoint;
+
 typedef struct nsdf_fit_job {
     nsdf_model *model; /* quantisers are set here when fitting is quantisation-aware */
     const nsdf_encoder_options *options;
@@ -19,7 +21,8 @@ typedef struct nsdf_fit_job {
     nsdf_workers *workers;
     nsdf_progress_fn progress;
     void *progress_user;
-    double start_time; /* nsdf_clock() when the run began */
+    double start_time;                  /* nsdf_clock() when the run began */
+    struct nsdf_checkpoint *checkpoint; /* goes on where it was saved, and saves; NULL = neither */
 } nsdf_fit_job;
 
 typedef struct nsdf_fit_result {
@@ -30,7 +33,8 @@ typedef struct nsdf_fit_result {
     int diverged;      /* a parameter is not finite */
 } nsdf_fit_result;
 
-/* Fits parameters[parameter_count] from the values they hold.  Returns 0, or -1 when memory ran out. */
+/* Fits parameters[parameter_count] from the values they hold.  Returns 0, or -1 when memory ran out or
+ * job->checkpoint has a refusal. */
 int nsdf_fit_run(const nsdf_fit_job *job, float *parameters, nsdf_fit_result *result);
 
 /* Fits a little more, with samples at places where verification found stray pieces (strays[frame_count]); the

@@ -164,6 +164,32 @@ typedef int (*nsdf_progress_fn)(void *user, const nsdf_progress *progress);
 NSDF_API NSDF_MUST_USE nsdf_status nsdf_encoder_run(nsdf_encoder *encoder, nsdf_progress_fn progress, void *user,
                                                     nsdf_encoder_error *error);
 
+/* ---- Checkpoints: going on after a crash ------------------------------------------------------------------ */
+
+/* Gets a checkpoint, borrowed during the call.  Keeping it is the callback's business; fitting goes on in any case. */
+typedef void (*nsdf_checkpoint_fn)(void *user, const void *data, size_t size);
+
+/* Has nsdf_encoder_run hand out checkpoints on its thread: whenever `seconds` (0 or more) have passed while it fits,
+ * after the last of the steps that the options ask for, and when progress ends fitting or aborts it before that.  Each
+ * replaces the one before; it takes up to 16 bytes for each parameter, and for a network up to 132 KB a frame more.
+ * What follows the last step is not saved but done again.  Without a call, or with save NULL, there are none. */
+NSDF_API NSDF_MUST_USE nsdf_status nsdf_encoder_set_checkpoint(nsdf_encoder *encoder, double seconds,
+                                                               nsdf_checkpoint_fn save, void *user,
+                                                               nsdf_encoder_error *error);
+
+/* Has nsdf_encoder_run go on from a checkpoint, which is copied; the file is then, byte for byte, that of a run without
+ * a break.  To be called once all frames are added.  *steps (may be NULL) gets the number of steps that were done.
+ * Options may differ from those of the run that made it where they have no part in fitting: rate, threads, entropy,
+ * resolution, smallest_piece, verify.  Otherwise nothing is changed, and the message names what differs:
+ * NSDF_NOT_NSDF no checkpoint; NSDF_UNSUPPORTED_VERSION made by another version, or for a network on a processor with
+ * other kernels; NSDF_TRUNCATED, NSDF_CORRUPT, NSDF_CHECKSUM damaged; NSDF_INVALID_ARGUMENT made with another option or
+ * of other frames.  nsdf_encoder_run fails with NSDF_CORRUPT, before the first step, if what it samples and starts from
+ * is not the same. */
+NSDF_API NSDF_MUST_USE nsdf_status nsdf_encoder_resume(nsdf_encoder *encoder, const void *data, size_t size,
+                                                       uint64_t *steps, nsdf_encoder_error *error);
+
+/* ---- Afterwards ------------------------------------------------------------------------------------------ */
+
 /* Codes what nsdf_encoder_run fitted once more, with another entropy coder and, of a network, other weight_bits; the
  * bound and the error are measured anew where the parameters come out different.  nsdf_encoder_write and
  * nsdf_encoder_get_stats then give this coding.  After a failure with NSDF_INVALID_ARGUMENT the coding before it stays;
