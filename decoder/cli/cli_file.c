@@ -253,6 +253,52 @@ int nsdf_cli_file_close(nsdf_cli_file *file) {
     return result;
 }
 
+/* Without this the name, unlike the bytes, might not outlive a loss of power. */
+static void sync_folder(const char *path) {
+    const char *slash = strrchr(path, '/');
+    char *folder = duplicate(path);
+    if (folder && slash)
+        folder[slash + 1 - path] = '\0';
+    const int descriptor = folder ? open(slash ? folder : ".", O_RDONLY | O_CLOEXEC) : -1;
+    if (descriptor >= 0) {
+        (void)fsync(descriptor);
+        close(descriptor);
+    }
+    free(folder);
+}
+
+/* Renames the temporary file that was opened last for `path`, or removes it after a failure, and forgets it.  Returns
+ * 0 or an errno.  Signals are blocked: the handler must not remove what has its name by now. */
+static int settle_temporary(const char *path, int failure) {
+    sigset_t before;
+    size_t at = temporary_count;
+    block_signals(&before);
+    while (at > 0 && strcmp(temporaries[at - 1].path, path) != 0)
+        at--;
+    if (at > 0) {
+        const temporary t = temporaries[at - 1];
+        if (!failure && rename(t.name, t.path) != 0)
+            failure = errno;
+        if (failure)
+            unlink(t.name);
+        temporaries[at - 1] = temporaries[--temporary_count];
+        free(t.name);
+        free(t.path);
+    }
+    unblock_signals(&before);
+    return failure;
+}
+
+int nsdf_cli_file_publish(nsdf_cli_file *file) {
+    flush_buffer(file);
+    if (!file->failure && fsync(file->descriptor) != 0)
+        file->failure = errno;
+    file->failure = settle_temporary(file->path, file->failure);
+    if (!file->failure)
+        sync_folder(file->path);
+    return nsdf_cli_file_close(file);
+}
+
 /* ---- Text ----------------------------------------------------------------------------------------------- */
 
 void nsdf_cli_file_print(nsdf_cli_file *file, const char *format, ...) {

@@ -76,6 +76,9 @@ void nsdf_cli_file_print_json(nsdf_cli_file *file, const char *text);
 /* Writes what is buffered and closes; the file keeps its temporary name until nsdf_cli_commit.  0, or -1 after
  * printing the first failure since opening. */
 int nsdf_cli_file_close(nsdf_cli_file *file);
+/* As nsdf_cli_file_close, but what was written is on the disk and has its name at once: until then the file that was
+ * there before stays.  0, or -1 after printing why, with the temporary file removed. */
+int nsdf_cli_file_publish(nsdf_cli_file *file);
 /* Closes without writing what is buffered, silently; harmless when closed.  nsdf_cli_abort removes the file. */
 void nsdf_cli_file_drop(nsdf_cli_file *file);
 

@@ -1,6 +1,7 @@
 /* nsdf-enc: mesh sequence in, .nsdf file out. */
 #include "cli_list.h"
 #include "cli_util.h"
+#include "enc_checkpoint.h"
 #include "enc_options.h"
 #include "enc_report.h"
 #include "nsdf/sequence.h"
@@ -10,6 +11,7 @@
 
 typedef struct {
     int finished_early;
+    enc_checkpoint checkpoint;
 } progress_state;
 
 static int on_progress(void *user, const nsdf_progress *p) {
@@ -143,8 +145,11 @@ static int open_outputs(const enc_options *o, outputs *out) {
     return o->report ? nsdf_cli_file_open(&out->report, o->report) : 0;
 }
 
-static int encoded(nsdf_status status, const nsdf_encoder_error *error) {
-    if (status == NSDF_CANCELLED)
+static int encoded(nsdf_status status, const nsdf_encoder_error *error, const enc_checkpoint *checkpoint) {
+    if (status == NSDF_CANCELLED && checkpoint->there)
+        nsdf_cli_error("interrupted: nothing was written, but '%s': the same command goes on from it",
+                       checkpoint->path);
+    else if (status == NSDF_CANCELLED)
         nsdf_cli_error("interrupted: nothing was written");
     else if (status != NSDF_OK)
         nsdf_cli_error("%s", error->message);
@@ -153,12 +158,13 @@ static int encoded(nsdf_status status, const nsdf_encoder_error *error) {
 
 static int run(nsdf_encoder *encoder, progress_state *state) {
     nsdf_encoder_error error;
-    return encoded(nsdf_encoder_run(encoder, on_progress, state, &error), &error);
+    return encoded(nsdf_encoder_run(encoder, on_progress, state, &error), &error, &state->checkpoint);
 }
 
 static int recode(nsdf_encoder *encoder, const enc_also *also, progress_state *state) {
     nsdf_encoder_error error;
-    return encoded(nsdf_encoder_recode(encoder, also->weight_bits, also->entropy, on_progress, state, &error), &error);
+    return encoded(nsdf_encoder_recode(encoder, also->weight_bits, also->entropy, on_progress, state, &error), &error,
+                   &state->checkpoint);
 }
 
 static int write_file(nsdf_encoder *encoder, nsdf_cli_file *file) {
@@ -185,8 +191,9 @@ static int write_also(const enc_options *o, nsdf_encoder *encoder, outputs *out,
 static int encode(const enc_options *o, nsdf_encoder *encoder, outputs *out) {
     nsdf_encoder_stats stats;
     progress_state state = {0};
-    if (run(encoder, &state) != 0 || nsdf_encoder_get_stats(encoder, &stats) != NSDF_OK ||
-        write_file(encoder, &out->file) != 0 || write_also(o, encoder, out, &state) != 0)
+    if (enc_checkpoint_open(&state.checkpoint, o, encoder) != 0 || run(encoder, &state) != 0 ||
+        nsdf_encoder_get_stats(encoder, &stats) != NSDF_OK || write_file(encoder, &out->file) != 0 ||
+        write_also(o, encoder, out, &state) != 0)
         return -1;
     if (o->report && enc_report_write(&out->report, o, &stats, out->also_bytes, state.finished_early) != 0)
         return -1;
@@ -196,6 +203,7 @@ static int encode(const enc_options *o, nsdf_encoder *encoder, outputs *out) {
     }
     if (nsdf_cli_commit() != 0)
         return -1;
+    enc_checkpoint_close(&state.checkpoint, state.finished_early);
     summarise(o, &stats);
     for (uint32_t i = 0; i < o->also_count; i++)
         nsdf_cli_say("%s: %llu bytes", o->also[i].output, (unsigned long long)out->also_bytes[i]);

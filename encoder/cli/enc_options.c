@@ -26,6 +26,9 @@ static const char help_text[] =
     "      --smallest-piece F   players leave out pieces of the surface smaller than this fraction of the diagonal;\n"
     "                           0 keeps all (default: half the smallest piece of the input, at most 0.125)\n"
     "      --report FILE.json   write options, times and measured errors\n"
+    "      --checkpoint FILE    keep the state of fitting there until the output is written: after a crash, the same\n"
+    "                           command goes on from it\n"
+    "      --checkpoint-every S seconds from one to the next (default 60)\n"
     "      --no-verify          do not decode the file and measure its error\n"
     "      --threads N          0 = one per core (default); the result does not depend on it\n"
     "      --seed N             of all random numbers (default 1)\n"
@@ -78,6 +81,8 @@ enum {
     OPT_SHELL,
     OPT_RESOLUTION,
     OPT_REPORT,
+    OPT_CHECKPOINT,
+    OPT_CHECKPOINT_EVERY,
     OPT_NO_VERIFY,
     OPT_THREADS,
     OPT_SEED,
@@ -138,6 +143,8 @@ static const struct option long_options[] = {
     {"resolution", required_argument, NULL, OPT_RESOLUTION},
     {"smallest-piece", required_argument, NULL, OPT_SMALLEST_PIECE},
     {"report", required_argument, NULL, OPT_REPORT},
+    {"checkpoint", required_argument, NULL, OPT_CHECKPOINT},
+    {"checkpoint-every", required_argument, NULL, OPT_CHECKPOINT_EVERY},
     {"no-verify", no_argument, NULL, OPT_NO_VERIFY},
     {"threads", required_argument, NULL, OPT_THREADS},
     {"seed", required_argument, NULL, OPT_SEED},
@@ -285,6 +292,13 @@ static int apply_general(enc_options *o, int code, const char *text) {
     case OPT_REPORT:
         o->report = text;
         return 0;
+    case OPT_CHECKPOINT:
+        o->checkpoint = text;
+        return 0;
+    case OPT_CHECKPOINT_EVERY:
+        return nsdf_cli_parse_double(text, &o->checkpoint_every) == 0 && o->checkpoint_every >= 0.0
+                   ? 0
+                   : bad_value(code, text, "a number of seconds from 0 up");
     case OPT_ALSO:
         return add_also(o, text);
     case OPT_NO_VERIFY:
@@ -506,12 +520,29 @@ static int check_also(const enc_options *options, uint32_t which) {
     return check_name(name);
 }
 
+/* The checkpoint is removed at the end: it must be nothing else. */
+static int check_checkpoint(const enc_options *options) {
+    const char *name = options->checkpoint;
+    if (!name)
+        return options->checkpoint_every < 0.0 ? -1 : nsdf_cli_usage_error("--checkpoint-every without --checkpoint");
+    int same = strcmp(name, options->output) == 0 || (options->report && strcmp(name, options->report) == 0);
+    for (uint32_t i = 0; i < options->also_count; i++)
+        same |= strcmp(name, options->also[i].output) == 0;
+    if (same)
+        return nsdf_cli_usage_error("--checkpoint names '%s', which another option names too", name);
+    if (!*name || strcmp(name, "-") == 0 || ends_in_mesh(name))
+        return nsdf_cli_usage_error("--checkpoint: '%s' is not a name for a checkpoint", name);
+    return -1;
+}
+
 static int check_outputs(const enc_options *options) {
     int done = check_name(options->output);
     if (done < 0 && options->report && strcmp(options->report, options->output) == 0)
         done = nsdf_cli_usage_error("-o and --report name the same file");
     for (uint32_t i = 0; done < 0 && i < options->also_count; i++)
         done = check_also(options, i);
+    if (done < 0)
+        done = check_checkpoint(options);
     return done;
 }
 
@@ -519,6 +550,7 @@ int enc_options_parse(enc_options *options, int argc, char **argv) {
     given g = {0, 0, 0};
     memset(options, 0, sizeof *options);
     options->preset = "medium";
+    options->checkpoint_every = -1.0;
     nsdf_encoder_options_init(&options->encoder, NSDF_PRESET_MEDIUM);
     int done = pass(options, argc, argv, 1, &g);
     if (done < 0)

@@ -18,8 +18,10 @@ typedef struct enc_options {
     const char *const *inputs;
     size_t input_count;
     const char *output, *report, *preset;
-    const char *frames;  /* list of frames to fit; NULL = all */
-    uint32_t frame_step; /* every so many frames and the last; 0 when not given */
+    const char *checkpoint;  /* NULL when not given */
+    double checkpoint_every; /* seconds; below 0 when not given */
+    const char *frames;      /* list of frames to fit; NULL = all */
+    uint32_t frame_step;     /* every so many frames and the last; 0 when not given */
     enc_also also[ENC_MOST_ALSO];
     uint32_t also_count;
     int quiet, verbose;

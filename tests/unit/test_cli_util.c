@@ -157,6 +157,47 @@ static void a_failing_commit_leaves_none_of_the_files(void **state) {
     assert_int_equal(files_in_folder(), 1);
 }
 
+static void publish_some(const char *name, const char *text, int expected) {
+    nsdf_cli_file file;
+    assert_int_equal(nsdf_cli_file_open(&file, in_folder(name)), 0);
+    assert_int_equal(nsdf_cli_file_write(&file, text, strlen(text)), 0);
+    assert_int_equal(nsdf_cli_file_publish(&file), expected);
+}
+
+static off_t size_in_folder(const char *name) {
+    struct stat info;
+    return stat(in_folder(name), &info) == 0 ? info.st_size : -1;
+}
+
+static void a_published_file_has_its_name_before_the_others(void **state) {
+    (void)state;
+    write_some("a", "x", 1);
+    publish_some("b", "old", 0);
+    assert_int_equal(size_in_folder("b"), 3);
+    publish_some("b", "newer", 0);
+    assert_int_equal(size_in_folder("b"), 5);
+    assert_int_equal(size_in_folder("a"), -1);
+    assert_int_equal(files_in_folder(), 2);
+    assert_int_equal(nsdf_cli_commit(), 0);
+    assert_int_equal(size_in_folder("a"), 1);
+    write_some("a", "xyz", 1);
+    publish_some("b", "x", 0);
+    nsdf_cli_abort();
+    assert_int_equal(size_in_folder("a"), 1);
+    assert_int_equal(size_in_folder("b"), 1);
+    assert_int_equal(files_in_folder(), 2);
+}
+
+static void a_file_that_cannot_be_published_leaves_nothing(void **state) {
+    (void)state;
+    nsdf_cli_file file;
+    assert_int_equal(nsdf_cli_file_open(&file, in_folder("b")), 0);
+    assert_int_equal(mkdir(in_folder("b"), 0777), 0); /* a file cannot take a folder's name */
+    assert_int_equal(nsdf_cli_file_publish(&file), -1);
+    assert_int_equal(files_in_folder(), 1);
+    assert_int_equal(nsdf_cli_commit(), 0);
+}
+
 static void folders_that_are_not_there_are_an_error(void **state) {
     (void)state;
     nsdf_cli_file file;
@@ -200,6 +241,8 @@ int main(void) {
         cmocka_unit_test(rates_are_exact_fractions),
         cmocka_unit_test_setup_teardown(files_appear_when_all_are_committed, make_folder, remove_folder),
         cmocka_unit_test_setup_teardown(aborting_removes_every_file_and_keeps_older_ones, make_folder, remove_folder),
+        cmocka_unit_test_setup_teardown(a_published_file_has_its_name_before_the_others, make_folder, remove_folder),
+        cmocka_unit_test_setup_teardown(a_file_that_cannot_be_published_leaves_nothing, make_folder, remove_folder),
         cmocka_unit_test_setup_teardown(a_failing_commit_leaves_none_of_the_files, make_folder, remove_folder),
         cmocka_unit_test_setup_teardown(folders_that_are_not_there_are_an_error, make_folder, remove_folder),
         cmocka_unit_test(write_errors_are_remembered_until_closing),
