@@ -329,7 +329,6 @@ static void state_fields(void *fitting, nsdf_fit_state *f) {
     nsdf_state_u64(f, &s->result->steps);
     nsdf_state_expect(f, s->result->steps <= s->job->options->steps, "more steps than there are");
     nsdf_state_u64(f, &s->result->samples);
-    nsdf_state_u64(f, &s->result->strays);
     nsdf_state_clock(f, &s->began);
     nsdf_state_f64(f, &s->near_error);
     nsdf_state_random(f, &s->random);
