@@ -125,7 +125,7 @@ static void assert_goes_on(const nsdf_encoder_options *options, frame_maker make
 /* ---- Going on -------------------------------------------------------------------------------------------- */
 
 static void test_a_network_ends_the_same(void **state) {
-    static const uint32_t steps[] = {1, 15, 16, 24, 29, 30, 31, 35, 36, 39, 40, 0};
+    static const uint32_t steps[] = {1, 16, 29, 30, 35, 40, 0};
     const nsdf_encoder_options o = network_options();
     (void)state;
     assert_goes_on(&o, swelling_box, steps);
@@ -162,8 +162,7 @@ static void test_every_kind_of_network_ends_the_same(void **state) {
 }
 
 static void test_blocks_end_the_same(void **state) {
-    static const uint32_t steps[] = {
-        1, 7, BLOCK_ROUNDING - 1, BLOCK_ROUNDING, BLOCK_ROUNDING + 1, BLOCK_STEPS - 1, BLOCK_STEPS, 0};
+    static const uint32_t steps[] = {1, BLOCK_ROUNDING - 1, BLOCK_ROUNDING, BLOCK_STEPS, 0};
     const nsdf_encoder_options o = block_options();
     (void)state;
     assert_goes_on(&o, growing_sphere, steps);
@@ -254,6 +253,28 @@ static bytes checkpoint_of(const nsdf_encoder_options *o, frame_maker make) {
     return b;
 }
 
+static bytes of_blocks; /* of block_options() and growing_sphere: made once, since many tests need it */
+
+static int make_checkpoint(void **state) {
+    const nsdf_encoder_options o = block_options();
+    (void)state;
+    of_blocks = checkpoint_of(&o, growing_sphere);
+    return 0;
+}
+
+static int free_checkpoint(void **state) {
+    (void)state;
+    free(of_blocks.data);
+    return 0;
+}
+
+static bytes block_checkpoint(void) {
+    bytes b = {malloc(of_blocks.size), of_blocks.size};
+    assert_non_null(b.data);
+    memcpy(b.data, of_blocks.data, b.size);
+    return b;
+}
+
 /* Makes the size and the checksum right again. */
 static void mend_bytes(bytes *b) {
     for (size_t i = 0; i < 8; i++)
@@ -284,7 +305,7 @@ static void assert_refused(nsdf_encoder *encoder, const void *data, size_t size,
 
 static void test_damaged_checkpoints_are_refused(void **state) {
     const nsdf_encoder_options o = block_options();
-    bytes b = checkpoint_of(&o, growing_sphere);
+    bytes b = block_checkpoint();
     nsdf_encoder *encoder = encoder_of(&o, growing_sphere);
     (void)state;
     for (size_t size = 0; size < b.size; size += size < 2000 ? 1 : 97) {
@@ -316,7 +337,7 @@ static void test_damaged_checkpoints_are_refused(void **state) {
 
 static void test_other_versions_are_refused(void **state) {
     const nsdf_encoder_options o = block_options();
-    bytes b = checkpoint_of(&o, growing_sphere);
+    bytes b = block_checkpoint();
     nsdf_encoder *encoder = encoder_of(&o, growing_sphere);
     (void)state;
     b.data[SIZE_AT - 1]++;
@@ -380,7 +401,7 @@ static void assert_input_refused(const bytes *b, frame_maker make, const char *t
 
 static void test_other_frames_are_refused(void **state) {
     const nsdf_encoder_options o = block_options();
-    bytes b = checkpoint_of(&o, growing_sphere);
+    bytes b = block_checkpoint();
     (void)state;
     assert_input_refused(&b, wider_sphere, "frame 2 differs");
     assert_input_refused(&b, numbered_sphere, "frame 3 where frame 5 is now");
@@ -407,7 +428,7 @@ static void test_all_options_are_compared(void **state) {
 
 static void test_other_options_are_refused_if_they_take_part_in_fitting(void **state) {
     const nsdf_encoder_options o = block_options();
-    bytes b = checkpoint_of(&o, growing_sphere);
+    bytes b = block_checkpoint();
     nsdf_frames frames = {0};
     size_t count, accepted = 0;
     const nsdf_option_field *f = nsdf_option_fields(&count);
@@ -439,7 +460,7 @@ static void test_other_options_are_refused_if_they_take_part_in_fitting(void **s
 
 static void test_the_message_tells_both_values(void **state) {
     nsdf_encoder_options o = block_options();
-    bytes b = checkpoint_of(&o, growing_sphere);
+    bytes b = block_checkpoint();
     (void)state;
     o.motion_rate = 0.5;
     o.resolution = 40;
@@ -470,7 +491,7 @@ static void assert_wrong_states_are_refused(const nsdf_encoder_options *o, frame
     mend_bytes(&b);
     assert_run_refuses(o, make, &b, "more steps than there are");
     b.data[trace + 8 + 7] = 0;
-    for (size_t left = trace + 8; left < size - 8; left += (size - trace) / 7) {
+    for (size_t left = trace + 8; left < size - 8; left += (size - trace) / 3) {
         bytes cut = {malloc(left + 8), left + 8};
         memcpy(cut.data, b.data, left);
         mend_bytes(&cut);
@@ -496,7 +517,7 @@ static void test_states_that_do_not_fit_are_refused(void **state) {
 
 static void test_calls_that_make_no_sense_are_refused(void **state) {
     const nsdf_encoder_options o = block_options();
-    bytes b = checkpoint_of(&o, growing_sphere);
+    bytes b = block_checkpoint();
     nsdf_encoder *encoder = encoder_of(&o, growing_sphere);
     keeper k = {.saves = 0};
     nsdf_encoder_error error;
@@ -542,5 +563,5 @@ int main(void) {
         cmocka_unit_test(test_states_that_do_not_fit_are_refused),
         cmocka_unit_test(test_calls_that_make_no_sense_are_refused),
     };
-    return cmocka_run_group_tests(tests, NULL, NULL);
+    return cmocka_run_group_tests(tests, make_checkpoint, free_checkpoint);
 }
