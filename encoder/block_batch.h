@@ -6,7 +6,7 @@
 #include "block_model.h"
 #include "sampler.h"
 
-enum { NSDF_HIT_LANES = 16, NSDF_HIT_ARRAYS = 5, NSDF_BATCH_MOST_POINTS = 1 << 16 };
+enum { NSDF_HIT_LANES = 8, NSDF_HIT_ARRAYS = 5, NSDF_BATCH_MOST_POINTS = 1 << 16 };
 
 /* Samples that stay together for the whole of fitting, and candidates among them for each ball. */
 typedef struct nsdf_block_batch {

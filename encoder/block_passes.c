@@ -12,7 +12,7 @@ const nsdf_block_passes *nsdf_block_passes_select(void) {
 #if defined(__x86_64__)
     if (__builtin_cpu_supports("avx2") && nsdf_block_passes_avx2())
         best = nsdf_block_passes_avx2();
-    if (__builtin_cpu_supports("avx512f") && nsdf_block_passes_avx512())
+    if (__builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512vl") && nsdf_block_passes_avx512())
         best = nsdf_block_passes_avx512();
 #endif
     return best;

@@ -1,10 +1,10 @@
 /* The inner loops of block_batch.h on vectors of W floats (GCC and Clang vector extension).  Included once per
  * instruction set by a source file that is compiled for it and defines
  *   PASSES_NAME  text
- *   W            4, 8 or 16
+ *   W            4 or 8
  *   OWN_APPEND   where the instruction set has append() functions of its own
  * Hits are worked on by NSDF_HIT_LANES, in parts of W; every lane has sums of its own, which are added up in the same
- * order everywhere. */
+ * order everywhere.  A ball of a batch holds some twenty points: longer vectors would mostly be empty. */
 #include "block_batch.h"
 
 #include <string.h>
@@ -12,6 +12,12 @@
 enum { LANES = NSDF_HIT_LANES };
 #define LEAST_ROOT 1e-4f /* 1 - |u|^2: nearer to the border a point does not count */
 #define INLINE static inline __attribute__((always_inline))
+/* Sums indexed by a loop counter are registers only when the loop is gone. */
+#if defined(__clang__)
+#define UNROLL _Pragma("clang loop unroll(full)")
+#else
+#define UNROLL _Pragma("GCC unroll 32")
+#endif
 
 typedef float vec __attribute__((vector_size(4 * W)));
 typedef int32_t mask __attribute__((vector_size(4 * W)));
@@ -51,34 +57,15 @@ INLINE double load_pair(const float *p) {
 /* Shuffles that do the same in each four lanes: i, j, k, l count four of a, then four of b. */
 #define IN(i, four) ((i) < 4 ? 4 * (four) + (i) : W + 4 * (four) + (i)-4)
 #define FOUR(i, j, k, l, four) IN(i, four), IN(j, four), IN(k, four), IN(l, four)
-#if W == 16
-#define SHUFFLE(a, b, i, j, k, l)                                                                                      \
-    __builtin_shufflevector(a, b, FOUR(i, j, k, l, 0), FOUR(i, j, k, l, 1), FOUR(i, j, k, l, 2), FOUR(i, j, k, l, 3))
-typedef float vec8 __attribute__((vector_size(32)));
-typedef double vec_pairs __attribute__((vector_size(64)));
-#define PAIRS(n)                                                                                                       \
-    ((vec_pairs){PAIR(n), PAIR(n + 1), PAIR(n + 4), PAIR(n + 5), PAIR(n + 8), PAIR(n + 9), PAIR(n + 12), PAIR(n + 13)})
-#elif W == 8
+#if W == 8
 #define SHUFFLE(a, b, i, j, k, l) __builtin_shufflevector(a, b, FOUR(i, j, k, l, 0), FOUR(i, j, k, l, 1))
 typedef double vec_pairs __attribute__((vector_size(32)));
 #define PAIRS(n) ((vec_pairs){PAIR(n), PAIR(n + 1), PAIR(n + 4), PAIR(n + 5)})
+#define SIDE_BY_SIDE(n) __builtin_shufflevector(load4(POINT(n)), load4(POINT(n + 4)), 0, 1, 2, 3, 4, 5, 6, 7)
 #else
 #define SHUFFLE(a, b, i, j, k, l) __builtin_shufflevector(a, b, FOUR(i, j, k, l, 0))
 typedef double vec_pairs __attribute__((vector_size(16)));
 #define PAIRS(n) ((vec_pairs){PAIR(n), PAIR(n + 1)})
-#endif
-
-/* Points a, b, ... that are four apart, side by side. */
-#if W == 16
-INLINE vec side_by_side(const float *a, const float *b, const float *c, const float *d) {
-    const vec8 low = __builtin_shufflevector(load4(a), load4(b), 0, 1, 2, 3, 4, 5, 6, 7);
-    const vec8 high = __builtin_shufflevector(load4(c), load4(d), 0, 1, 2, 3, 4, 5, 6, 7);
-    return __builtin_shufflevector(low, high, 0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15);
-}
-#define SIDE_BY_SIDE(n) side_by_side(POINT(n), POINT(n + 4), POINT(n + 8), POINT(n + 12))
-#elif W == 8
-#define SIDE_BY_SIDE(n) __builtin_shufflevector(load4(POINT(n)), load4(POINT(n + 4)), 0, 1, 2, 3, 4, 5, 6, 7)
-#else
 #define SIDE_BY_SIDE(n) load4(POINT(n))
 #endif
 
@@ -116,22 +103,30 @@ INLINE void to_ball(const float m[12], const vec x[3], vec u[4]) {
 
 #ifndef OWN_APPEND
 /* The first n lanes, points from `from` on, whose root is above `least`. */
-INLINE size_t append_candidates(uint16_t *near, const float root[LANES], float least, uint32_t from, uint32_t n,
+INLINE size_t append_candidates(uint16_t *near, const vec root[LANES / W], float least, uint32_t from, uint32_t n,
                                 size_t at) {
+    float each[LANES];
+    for (uint32_t part = 0; part < LANES / W; part++)
+        store(each + W * part, root[part]);
     for (uint32_t l = 0; l < n; l++) {
         near[at] = (uint16_t)(from + l);
-        at += root[l] > least;
+        at += each[l] > least;
     }
     return at;
 }
 
 /* The first n lanes that are inside the ball; there is room for all lanes. */
-INLINE uint32_t append_hits(nsdf_block_work *w, float u[4][LANES], const uint16_t *point, uint32_t n, uint32_t at) {
+INLINE uint32_t append_hits(nsdf_block_work *w, const vec u[LANES / W][4], const uint16_t *point, uint32_t n,
+                            uint32_t at) {
+    float each[4][LANES];
+    for (uint32_t part = 0; part < LANES / W; part++)
+        for (int i = 0; i < 4; i++)
+            store(each[i] + W * part, u[part][i]);
     for (uint32_t l = 0; l < n; l++) {
         w->point[at] = point[l];
         for (int i = 0; i < 4; i++)
-            w->hit[i][at] = u[i][l];
-        at += u[3][l] > LEAST_ROOT;
+            w->hit[i][at] = each[i][l];
+        at += each[3][l] > LEAST_ROOT;
     }
     return at;
 }
@@ -139,41 +134,39 @@ INLINE uint32_t append_hits(nsdf_block_work *w, float u[4][LANES], const uint16_
 
 static size_t list(nsdf_block_batch *b, const float m[12], float least, uint32_t from, uint32_t to, size_t at) {
     for (; from < to; from += LANES) {
-        float root[LANES];
-        for (uint32_t l = 0; l < LANES; l += W) { /* there is room behind the last point */
+        vec root[LANES / W];
+        for (uint32_t part = 0; part < LANES / W; part++) { /* there is room behind the last point */
             vec x[3], u[4];
-            load_points((const float(*)[4])b->point + from + l, x);
+            load_points((const float(*)[4])b->point + from + W * part, x);
             to_ball(m, x, u);
-            store(root + l, u[3]);
+            root[part] = u[3];
         }
         at = append_candidates(b->near, root, least, from, to - from < LANES ? to - from : LANES, at);
     }
     return at;
 }
 
-/* Whole vectors: hits of the point that is none, where the weight is 0. */
-static uint32_t pad(nsdf_block_work *w, uint32_t none, uint32_t at) {
-    const uint32_t end = (at + LANES - 1) / LANES * LANES;
-    for (uint32_t l = at; l < end; l++)
-        w->point[l] = none;
-    for (int i = 0; i < NSDF_HIT_ARRAYS - 1; i++)
-        for (uint32_t l = at; l < end; l++)
-            w->hit[i][l] = 0.0f;
-    return end;
+/* Whole vectors: hits of the point that is none, where the weight is 0.  There is room for a vector more. */
+INLINE uint32_t pad(nsdf_block_work *w, uint32_t none, uint32_t at) {
+    for (uint32_t part = 0; part < LANES; part += W) {
+        const mask point = (mask){0} + (int32_t)none;
+        memcpy(w->point + at + part, &point, sizeof point);
+        for (int i = 0; i < NSDF_HIT_ARRAYS - 1; i++)
+            store(w->hit[i] + at + part, (vec){0});
+    }
+    return (at + LANES - 1) / LANES * LANES;
 }
 
 static uint32_t find(nsdf_block_work *w, const nsdf_block_batch *b, uint32_t block, const float m[12], uint32_t at) {
     const uint32_t to = b->first[block + 1];
     for (uint32_t i = b->first[block]; i < to; i += LANES) {
-        float u[4][LANES];
-        for (uint32_t l = 0; l < LANES; l += W) {
-            vec x[3], v[4];
-            gather_points((const float(*)[4])b->point, b->near + i + l, x);
-            to_ball(m, x, v);
-            for (int k = 0; k < 4; k++)
-                store(u[k] + l, v[k]);
+        vec u[LANES / W][4];
+        for (uint32_t part = 0; part < LANES / W; part++) {
+            vec x[3];
+            gather_points((const float(*)[4])b->point, b->near + i + W * part, x);
+            to_ball(m, x, u[part]);
         }
-        at = append_hits(w, u, b->near + i, to - i < LANES ? to - i : LANES, at);
+        at = append_hits(w, (const vec(*)[4])u, b->near + i, to - i < LANES ? to - i : LANES, at);
     }
     return pad(w, b->count, at);
 }
@@ -207,6 +200,7 @@ INLINE void forward_degree(nsdf_block_work *w, uint32_t from, uint32_t to, uint3
         store(w->hit[4] + i, value);
         store(pairs[0], SHUFFLE(weight, part, 0, 4, 1, 5));
         store(pairs[1], SHUFFLE(weight, part, 2, 6, 3, 7));
+        UNROLL
         for (uint32_t l = 0; l < W; l++)
             add_pair(w->sum[w->point[i + l]], pairs[l / 2 % 2] + l / 4 * 4 + l % 2 * 2);
     }
@@ -228,40 +222,69 @@ INLINE vec size_of(vec x) {
     return (vec)((mask)x & ((mask){0} + INT32_MAX));
 }
 
-/* sum becomes share, value becomes f; error is |f - d| where it is near the surface, else 0. */
-INLINE void differentiate_lanes(const nsdf_block_loss *loss, vec d, vec *sum, vec *value, vec *error) {
+/* What differentiating a stretch of points adds up to, lane by lane. */
+typedef struct loss_lanes {
+    vec near_error;
+    mask near_count, count;
+} loss_lanes;
+
+/* sum becomes share, value becomes f. */
+INLINE void differentiate_lanes(const nsdf_block_loss *loss, vec d, vec *sum, vec *value, loss_lanes *lanes) {
     const mask held = *sum > (vec){0};
-    const vec one = splat(1.0f), size = size_of(d), f = *value / choose(held, *sum, one);
-    const vec side = choose(d < (vec){0}, -f, f), away = loss->weight_distance / (loss->weight_distance + size);
+    const vec one = splat(1.0f), size = size_of(d), per_weight = one / choose(held, *sum, one);
+    const vec f = *value / choose(held, *sum, one), side = choose(d < (vec){0}, -f, f);
+    const vec away = loss->weight_distance / (loss->weight_distance + size);
     const vec weight = choose(side < loss->safe_share * size, one, away);
-    const vec share = loss->scale * weight / choose(held, *sum, one);
+    const vec share = loss->scale * weight * per_weight;
+    const mask near = held & (size < splat(loss->near_limit));
     *sum = (vec)(held & (mask)choose(f > d, share, -share));
     *value = (vec)(held & (mask)f);
-    *error = choose(held & (size < splat(loss->near_limit)), size_of(f - d), splat(-1.0f));
+    lanes->near_error += (vec)(near & (mask)size_of(f - d));
+    lanes->near_count -= near;
+    lanes->count -= held;
+}
+
+/* Weights and values of W points that follow each other, and back. */
+INLINE void load_sums(const float (*sum)[2], vec *weight, vec *value) {
+#if W == 8
+    const vec a = __builtin_shufflevector(load4(sum[0]), load4(sum[4]), 0, 1, 2, 3, 4, 5, 6, 7);
+    const vec b = __builtin_shufflevector(load4(sum[2]), load4(sum[6]), 0, 1, 2, 3, 4, 5, 6, 7);
+#else
+    const vec a = load4(sum[0]), b = load4(sum[2]);
+#endif
+    *weight = SHUFFLE(a, b, 0, 2, 4, 6);
+    *value = SHUFFLE(a, b, 1, 3, 5, 7);
+}
+
+INLINE void store_sums(float (*sum)[2], vec weight, vec value) {
+    float pairs[2][W];
+    store(pairs[0], SHUFFLE(weight, value, 0, 4, 1, 5));
+    store(pairs[1], SHUFFLE(weight, value, 2, 6, 3, 7));
+    for (int four = 0; four < W / 4; four++)
+        for (int half = 0; half < 2; half++)
+            memcpy(sum[4 * four + 2 * half], pairs[half] + 4 * four, 4 * sizeof(float));
 }
 
 static nsdf_block_loss_sums differentiate(nsdf_block_work *w, const nsdf_block_batch *b, const nsdf_block_loss *loss) {
     nsdf_block_loss_sums sums = {0.0, 0, 0};
-    for (uint32_t i = 0; i < b->count; i += LANES) {
-        float sum[LANES], value[LANES], d[LANES], error[LANES];
-        for (uint32_t l = 0; l < LANES; l++) {
-            sum[l] = w->sum[i + l][0];
-            value[l] = w->sum[i + l][1];
-            d[l] = b->point[i + l][3];
+    for (uint32_t part = 0; part < LANES; part += W) {
+        loss_lanes lanes = {{0}, {0}, {0}};
+        for (uint32_t i = part; i < b->count; i += LANES) {
+            const float(*point)[4] = (const float(*)[4])b->point + i;
+            vec sum, value, d;
+#define POINT(n) point[n]
+            const vec low = SHUFFLE(SIDE_BY_SIDE(0), SIDE_BY_SIDE(1), 2, 6, 3, 7);
+            const vec high = SHUFFLE(SIDE_BY_SIDE(2), SIDE_BY_SIDE(3), 2, 6, 3, 7);
+#undef POINT
+            d = SHUFFLE(low, high, 2, 3, 6, 7);
+            load_sums((const float(*)[2])w->sum + i, &sum, &value);
+            differentiate_lanes(loss, d, &sum, &value, &lanes);
+            store_sums(w->sum + i, sum, value);
         }
-        for (uint32_t l = 0; l < LANES; l += W) {
-            vec s = load(sum + l), v = load(value + l), e;
-            differentiate_lanes(loss, load(d + l), &s, &v, &e);
-            store(sum + l, s);
-            store(value + l, v);
-            store(error + l, e);
-        }
-        for (uint32_t l = 0; l < LANES; l++) {
-            sums.count += sum[l] != 0.0f;
-            sums.near_count += error[l] >= 0.0f;
-            sums.near_error += error[l] >= 0.0f ? (double)error[l] : 0.0;
-            w->sum[i + l][0] = sum[l];
-            w->sum[i + l][1] = value[l];
+        for (uint32_t l = 0; l < W; l++) {
+            sums.near_error += (double)lanes.near_error[l];
+            sums.near_count += (uint64_t)lanes.near_count[l];
+            sums.count += (uint64_t)lanes.count[l];
         }
     }
     return sums;
@@ -349,39 +372,44 @@ INLINE void add_hits(const nsdf_block_work *w, uint32_t i, uint32_t degree, cons
     }
 }
 
-/* The sum of the lanes, four sums at once: halves are added until one lane is left. */
-INLINE void add_lanes(float sums[4][LANES], float *out) {
-    vec4 quarter[4];
-    for (int s = 0; s < 4; s++)
-        quarter[s] = (load4(sums[s]) + load4(sums[s] + 8)) + (load4(sums[s] + 4) + load4(sums[s] + 12));
-    const vec4 a = __builtin_shufflevector(quarter[0], quarter[1], 0, 4, 1, 5);
-    const vec4 b = __builtin_shufflevector(quarter[2], quarter[3], 0, 4, 1, 5);
-    const vec4 c = __builtin_shufflevector(quarter[0], quarter[1], 2, 6, 3, 7);
-    const vec4 d = __builtin_shufflevector(quarter[2], quarter[3], 2, 6, 3, 7);
-    const vec4 lane0 = __builtin_shufflevector(a, b, 0, 1, 4, 5), lane1 = __builtin_shufflevector(a, b, 2, 3, 6, 7);
-    const vec4 lane2 = __builtin_shufflevector(c, d, 0, 1, 4, 5), lane3 = __builtin_shufflevector(c, d, 2, 3, 6, 7);
-    const vec4 sum = (lane0 + lane2) + (lane1 + lane3);
-    memcpy(out, &sum, sizeof sum);
+/* The sums of the lanes of eight sums: halves are added until one lane is left. */
+#if W == 8
+INLINE void add_lanes(const vec *sums, float out[8]) {
+#define HALVES(a, b)                                                                                                   \
+    (__builtin_shufflevector(a, b, 0, 1, 2, 3, 8, 9, 10, 11) +                                                         \
+     __builtin_shufflevector(a, b, 4, 5, 6, 7, 12, 13, 14, 15))
+#define QUARTERS(a, b) (SHUFFLE(a, b, 0, 1, 4, 5) + SHUFFLE(a, b, 2, 3, 6, 7))
+    const vec low = QUARTERS(HALVES(sums[0], sums[4]), HALVES(sums[1], sums[5]));
+    const vec high = QUARTERS(HALVES(sums[2], sums[6]), HALVES(sums[3], sums[7]));
+    store(out, SHUFFLE(low, high, 0, 2, 4, 6) + SHUFFLE(low, high, 1, 3, 5, 7));
 }
+#else
+INLINE void add_lanes(const vec *sums, float out[8]) {
+#define HALVES(s) (sums[s] + sums[MOST_SUMS + (s)])
+#define QUARTERS(a, b) (SHUFFLE(a, b, 0, 1, 4, 5) + SHUFFLE(a, b, 2, 3, 6, 7))
+    for (int s = 0; s < 8; s += 4) {
+        const vec low = QUARTERS(HALVES(s), HALVES(s + 1)), high = QUARTERS(HALVES(s + 2), HALVES(s + 3));
+        store(out + s, SHUFFLE(low, high, 0, 2, 4, 6) + SHUFFLE(low, high, 1, 3, 5, 7));
+    }
+}
+#endif
 
 /* `degree` is a constant where this is inlined: the sums then live in registers, as far as there are any. */
 INLINE void backward_degree(const nsdf_block_work *w, uint32_t from, uint32_t to, uint32_t degree, const float *t,
                             nsdf_block_gradient *out) {
-    const uint32_t terms = terms_of(degree), count = terms + 12;
-    float lanes[MOST_SUMS][LANES], flat[MOST_SUMS];
-    for (uint32_t part = 0; part < LANES; part += W) {
-        vec sums[MOST_SUMS];
-        for (uint32_t s = 0; s < count; s++)
-            sums[s] = (vec){0};
-        for (uint32_t i = from + part; i < to; i += LANES)
-            add_hits(w, i, degree, t, sums);
-        for (uint32_t s = 0; s < count; s++)
-            store(lanes[s] + part, sums[s]);
+    const uint32_t terms = terms_of(degree), rounded = (terms + 12 + 7) / 8 * 8;
+    vec sums[LANES / W][MOST_SUMS];
+    float flat[MOST_SUMS];
+    for (uint32_t part = 0; part < LANES / W; part++) {
+        UNROLL
+        for (uint32_t s = 0; s < rounded; s++)
+            sums[part][s] = (vec){0};
+        for (uint32_t i = from + W * part; i < to; i += LANES)
+            add_hits(w, i, degree, t, sums[part]);
     }
-    for (uint32_t s = count; s < (count + 3) / 4 * 4; s++)
-        memset(lanes[s], 0, sizeof lanes[s]);
-    for (uint32_t s = 0; s < count; s += 4)
-        add_lanes(lanes + s, flat + s);
+    UNROLL
+    for (uint32_t s = 0; s < rounded; s += 8)
+        add_lanes(sums[0] + s, flat + s);
     memset(out->terms, 0, sizeof out->terms);
     memcpy(out->terms, flat, terms * sizeof *flat);
     memcpy(out->slope, flat + terms, sizeof out->slope);

@@ -1,0 +1,129 @@
+/* The encoder's networks: forward and backward pass with the gradients of all parameters, as a step does them, and the
+ * kernels alone.  Only the operations of matrix products count. */
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "bench_kernels.h"
+#include "fit_network.h"
+#include "model.h"
+#include "nsdf/encoder.h"
+#include "random.h"
+
+/* A slot of the encoder's step, in tiles of so many panels. */
+enum { POINTS = 1024, TILE_PANELS = 16, LAYERS = 3, FRAMES = 48, MOST_SUBJECTS = 16 };
+
+static const uint32_t widths[] = {16, 32, 64, 80, 96, 128};
+enum { WIDTHS = sizeof widths / sizeof *widths };
+
+typedef struct subject {
+    nsdf_model model;
+    const nsdf_fit_kernels *kernels;
+    nsdf_fit_scratch *scratch;
+    float *composed, *gradient;
+    float *x, *y, *z, *d;                  /* [POINTS] */
+    float *input, *output, *values, *grad; /* [TILE_PANELS][width + 1][NSDF_PANEL]; [width][width + 1] */
+    uint32_t width;
+} subject;
+
+static float *random_floats(size_t count, float range, uint64_t seed) {
+    nsdf_random random = nsdf_random_start(seed, 1);
+    float *values = bench_floats(count);
+    for (size_t i = 0; i < count; i++)
+        values[i] = range * (2.0f * nsdf_random_unit(&random) - 1.0f);
+    return values;
+}
+
+static subject *create_subject(uint32_t width, const nsdf_fit_kernels *kernels) {
+    subject *s = bench_allocate_zeroed(1, sizeof *s);
+    const size_t matrix = (size_t)TILE_PANELS * (width + 1) * NSDF_PANEL;
+    nsdf_encoder_options options;
+    nsdf_random random = nsdf_random_start(1, 2);
+    nsdf_encoder_options_init(&options, NSDF_PRESET_FAST);
+    options.layers = LAYERS;
+    options.width = width;
+    nsdf_model_describe(&s->model, &options, FRAMES);
+    float *parameters = bench_floats((size_t)s->model.parameter_count);
+    nsdf_model_initialise(&s->model, &random, parameters);
+    s->composed = bench_floats(s->model.composed_size);
+    nsdf_model_compose(&s->model, parameters, 0.5, s->composed);
+    free(parameters);
+    s->gradient = bench_floats(s->model.composed_size);
+    s->x = random_floats(POINTS, 0.5f, 3);
+    s->y = random_floats(POINTS, 0.5f, 4);
+    s->z = random_floats(POINTS, 0.5f, 5);
+    s->d = random_floats(POINTS, 0.05f, 6);
+    s->input = random_floats(matrix, 1.0f, 7);
+    s->output = random_floats(matrix, 1.0f, 8);
+    s->values = random_floats((size_t)width * (width + 1), 0.1f, 9);
+    s->grad = bench_floats((size_t)width * (width + 1));
+    s->scratch = bench_checked(nsdf_fit_scratch_create(&s->model));
+    s->kernels = kernels;
+    s->width = width;
+    return s;
+}
+
+/* Forward, gradients of weights and biases, and gradients of the inputs of all layers but the first. */
+static double flop_a_sample(const nsdf_model *model) {
+    double sum = 0;
+    for (uint32_t l = 0; l < model->desc.layer_count; l++) {
+        const double in = nsdf_layer_inputs(model, l), out = model->desc.layers[l].width;
+        sum += 2 * 2 * out * (in + 1) + (l > 0 ? 2 * out * in : 0);
+    }
+    return sum;
+}
+
+/* ---- Calls ------------------------------------------------------------------------------------------------- */
+
+static void run_fit(void *data) {
+    subject *s = data;
+    const nsdf_fit_points points = {s->x, s->y, s->z, s->d, POINTS, 0.0f};
+    const nsdf_loss_params loss = {NSDF_LOSS_WEIGHTED_MAE, 0.02f, 0.01f, 1.0f};
+    nsdf_fit_sums sums = {0, 0, 0};
+    nsdf_fit_backward(&s->model, s->kernels, s->scratch, s->composed, &points, &loss, 1e-4f, s->gradient, NULL, &sums);
+}
+
+static void run_multiply(void *data) {
+    subject *s = data;
+    const size_t panel = (size_t)(s->width + 1) * NSDF_PANEL;
+    s->kernels->multiply(s->values, s->width + 1, s->width, s->width + 1, s->input, panel, s->output, panel,
+                         TILE_PANELS);
+}
+
+static void run_outer(void *data) {
+    subject *s = data;
+    const size_t panel = (size_t)(s->width + 1) * NSDF_PANEL;
+    s->kernels->outer(s->output, panel, s->width, s->input, panel, s->width + 1, s->grad, s->width + 1, TILE_PANELS);
+}
+
+/* ---- Cases ------------------------------------------------------------------------------------------------- */
+
+static void add_width(kernels_list *list, uint32_t width, const nsdf_fit_kernels *kernels, int alone) {
+    subject *s = create_subject(width, kernels);
+    const bench_isa isa = bench_isa_of_name(kernels->name);
+    const double product = 2.0 * width * (width + 1) * TILE_PANELS * NSDF_PANEL;
+    const kernels_entry fit = {"fit", isa, KERNELS_FLOP, POINTS * flop_a_sample(&s->model), POINTS, "samples", -1};
+    const kernels_entry kernel = {"fit", isa, KERNELS_FLOP, product, 0.0, "", -1};
+    char name[48];
+    snprintf(name, sizeof name, "3 x %u: all passes", (unsigned)width);
+    kernels_add(list, &fit, name, run_fit, s);
+    if (!alone)
+        return;
+    snprintf(name, sizeof name, "product %u wide", (unsigned)width);
+    kernels_add(list, &kernel, name, run_multiply, s);
+    snprintf(name, sizeof name, "outer product %u wide", (unsigned)width);
+    kernels_add(list, &kernel, name, run_outer, s);
+}
+
+void kernels_add_fit(kernels_list *list) {
+    const nsdf_fit_kernels *const sets[BENCH_ISA_COUNT] = {nsdf_fit_kernels_generic(), nsdf_fit_kernels_avx2(),
+                                                           nsdf_fit_kernels_avx512()};
+    for (int isa = BENCH_ISA_COUNT - 1; isa >= 0; isa--) {
+        if (!sets[isa] || !bench_isa_is_here((bench_isa)isa))
+            continue;
+        const int best = isa == (int)bench_isa_best();
+        for (int i = 0; i < WIDTHS; i++)
+            if (!list->quick || widths[i] == 64)
+                add_width(list, widths[i], sets[isa], best && (widths[i] == 64 || widths[i] == 128));
+    }
+}
