@@ -4,6 +4,10 @@
 #include "block_polynomial.h"
 
 #include <math.h>
+#include <string.h>
+
+/* `degree` is a constant where these are inlined, so that no lane asks for it. */
+#define INLINE TARGET static inline __attribute__((always_inline))
 
 typedef struct local_points {
     float u[3][NSDF_TILE];
@@ -16,76 +20,80 @@ TARGET static void to_ball(const float *restrict m, const float x[3][NSDF_TILE],
                 m[4 * row] * x[0][p] + m[4 * row + 1] * x[1][p] + m[4 * row + 2] * x[2][p] + m[4 * row + 3];
 }
 
-/* 1 - |u|^2; returns whether it is positive somewhere. */
+/* 1 - |u|^2; returns whether it is positive somewhere.  Compilers have no vectors for the greatest of floats, but for
+ * whole numbers. */
 TARGET static int roots(const local_points *restrict at, float root[restrict NSDF_TILE]) {
-    float most = 0.0f;
+    int inside = 0;
     for (int p = 0; p < NSDF_TILE; p++) {
         const float square = at->u[0][p] * at->u[0][p] + at->u[1][p] * at->u[1][p] + at->u[2][p] * at->u[2][p];
         root[p] = 1.0f - square;
+        inside |= root[p] > 0.0f;
     }
-    for (int p = 0; p < NSDF_TILE; p++)
-        most = root[p] > most ? root[p] : most;
-    return most > 0.0f;
+    return inside;
 }
 
-/* The polynomial, with terms in the order of nsdf_block_term. */
-TARGET static void polynomials(const float *restrict t, uint32_t degree, const local_points *restrict at,
-                               float value[restrict NSDF_TILE]) {
-    for (int p = 0; p < NSDF_TILE; p++) {
-        const float x = at->u[0][p], y = at->u[1][p], z = at->u[2][p];
-        value[p] = t[0] + t[1] * x + t[2] * y + t[3] * z;
-    }
-    for (int p = 0; degree >= 2 && p < NSDF_TILE; p++) {
-        const float x = at->u[0][p], y = at->u[1][p], z = at->u[2][p];
-        value[p] += x * (t[4] * x + t[5] * y + t[6] * z) + y * (t[7] * y + t[8] * z) + z * (t[9] * z);
-    }
-    for (int p = 0; degree >= 3 && p < NSDF_TILE; p++) {
-        const float x = at->u[0][p], y = at->u[1][p], z = at->u[2][p];
-        value[p] += x * x * (t[10] * x + t[11] * y + t[12] * z) + x * (y * (t[13] * y + t[14] * z) + t[15] * z * z) +
-                    y * y * (t[16] * y + t[17] * z) + z * z * (t[18] * y + t[19] * z);
-    }
-}
-
-TARGET static void add_slopes(const nsdf_block *block, uint32_t degree, const local_points *restrict at,
-                              const float root[restrict NSDF_TILE], const float weight[restrict NSDF_TILE],
-                              const float value[restrict NSDF_TILE], nsdf_block_sums *restrict sums) {
-    float map[9];
-    for (int i = 0; i < 9; i++)
-        map[i] = block->map[i / 3 * 4 + i % 3];
-    const float *t = block->terms, life = block->life;
+/* Values alone; of two loops, since the compiler would rather branch than select in one. */
+INLINE void add_values(const nsdf_block *block, uint32_t degree, const local_points *restrict at,
+                       const float root[restrict NSDF_TILE], nsdf_block_sums *restrict sums) {
+    const float life = block->life;
+    float t[NSDF_BLOCK_TERMS], value[NSDF_TILE];
+    memcpy(t, block->terms, sizeof t);
     for (int p = 0; p < NSDF_TILE; p++) {
         const float u[3] = {at->u[0][p], at->u[1][p], at->u[2][p]};
+        value[p] = nsdf_block_value(t, degree, u);
+    }
+    for (int p = 0; p < NSDF_TILE; p++) {
+        const float weight = life * root[p] * root[p], part = weight * value[p];
+        sums->weight[p] += root[p] > 0.0f ? weight : 0.0f;
+        sums->value[p] += root[p] > 0.0f ? part : 0.0f;
+    }
+}
+
+/* Values, and slopes with respect to x. */
+INLINE void add_slopes(const nsdf_block *block, uint32_t degree, const local_points *restrict at,
+                       const float root[restrict NSDF_TILE], nsdf_block_sums *restrict sums) {
+    const float life = block->life;
+    float t[NSDF_BLOCK_TERMS], m[12];
+    memcpy(t, block->terms, sizeof t);
+    memcpy(m, block->map, sizeof m);
+    for (int p = 0; p < NSDF_TILE; p++) {
+        const float u[3] = {at->u[0][p], at->u[1][p], at->u[2][p]}, value = nsdf_block_value(t, degree, u);
+        const float weight = life * root[p] * root[p], fall = -4.0f * life * root[p];
         float slope[3];
         nsdf_block_slope(t, degree, u, slope);
-        const float inside = root[p] > 0.0f ? 1.0f : 0.0f, fall = -4.0f * life * (root[p] > 0.0f ? root[p] : 0.0f);
+        sums->weight[p] += root[p] > 0.0f ? weight : 0.0f;
+        sums->value[p] += root[p] > 0.0f ? weight * value : 0.0f;
         for (int axis = 0; axis < 3; axis++) {
             /* half the slope of |u|^2 */
-            const float along = map[axis] * u[0] + map[3 + axis] * u[1] + map[6 + axis] * u[2];
-            const float w = inside > 0.0f ? fall * along : 0.0f;
-            const float v =
-                w * value[p] + weight[p] * (map[axis] * slope[0] + map[3 + axis] * slope[1] + map[6 + axis] * slope[2]);
-            sums->weight_slope[axis][p] += w;
-            sums->value_slope[axis][p] += inside > 0.0f ? v : 0.0f;
+            const float along = m[axis] * u[0] + m[4 + axis] * u[1] + m[8 + axis] * u[2], w = fall * along;
+            const float v = w * value + weight * (m[axis] * slope[0] + m[4 + axis] * slope[1] + m[8 + axis] * slope[2]);
+            sums->weight_slope[axis][p] += root[p] > 0.0f ? w : 0.0f;
+            sums->value_slope[axis][p] += root[p] > 0.0f ? v : 0.0f;
         }
     }
+}
+
+INLINE void add_inside(const nsdf_block *block, uint32_t degree, int slopes, const local_points *restrict at,
+                       const float root[restrict NSDF_TILE], nsdf_block_sums *restrict sums) {
+    if (slopes)
+        add_slopes(block, degree, at, root, sums);
+    else
+        add_values(block, degree, at, root, sums);
 }
 
 TARGET static void add_block(const nsdf_block *block, uint32_t degree, int slopes, const float x[3][NSDF_TILE],
                              nsdf_block_sums *sums) {
     local_points at;
-    float root[NSDF_TILE], weight[NSDF_TILE], value[NSDF_TILE];
+    float root[NSDF_TILE];
     to_ball(block->map, x, &at);
     if (!roots(&at, root))
         return;
-    polynomials(block->terms, degree, &at, value);
-    const float life = block->life;
-    for (int p = 0; p < NSDF_TILE; p++) {
-        weight[p] = root[p] > 0.0f ? life * root[p] * root[p] : 0.0f;
-        sums->weight[p] += weight[p];
-        sums->value[p] += root[p] > 0.0f ? weight[p] * value[p] : 0.0f;
-    }
-    if (slopes)
-        add_slopes(block, degree, &at, root, weight, value, sums);
+    if (degree >= 3)
+        add_inside(block, 3, slopes, &at, root, sums);
+    else if (degree == 2)
+        add_inside(block, 2, slopes, &at, root, sums);
+    else
+        add_inside(block, 1, slopes, &at, root, sums);
 }
 
 TARGET static void find_nearest(const nsdf_block_place *places, uint32_t count, const float x[3][NSDF_TILE],
