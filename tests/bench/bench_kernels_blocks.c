@@ -178,7 +178,7 @@ static void add_set(kernels_list *list, const balls *b, bench_isa isa, const nsd
     const kernels_entry all = {
         "blocks", isa, KERNELS_FLOP, flop[0] + flop[1] + flop[2] + LOSS_FLOP * s->points, s->hits, "hits", -1};
     kernels_entry part = {"blocks", isa, KERNELS_FLOP, flop[0], s->hits, "hits", -1};
-    kernels_add(list, &all, "find, forward, backward", run_all, s);
+    kernels_add(list, &all, "all passes", run_all, s);
     kernels_add(list, &part, "find", run_find, s);
     part.work = flop[1];
     kernels_add(list, &part, "forward", run_values, s);
