@@ -9,7 +9,7 @@
 
 /* Samples of a sequence together, when the number per frame is left to us; blocks, which start from the surface, need
  * fewer. */
-static const double sample_budget = 8e6, sample_budget_blocks = 4e6;
+static const double sample_budget = 4e6;
 static const double fewest_samples = 8192, most_samples = 400000, most_samples_blocks = 48000;
 
 typedef struct {
@@ -34,7 +34,7 @@ static uint32_t samples_per_frame(const nsdf_encoder_options *o, uint32_t frames
     if (o->samples_per_frame)
         return o->samples_per_frame;
     const double most = o->blocks > 0 ? most_samples_blocks : most_samples;
-    const double n = (o->blocks > 0 ? sample_budget_blocks : sample_budget) / (double)frames;
+    const double n = sample_budget / (double)frames;
     return (uint32_t)(n < fewest_samples ? fewest_samples : n > most ? most : n);
 }
 

@@ -60,6 +60,7 @@ static void thesis_options(nsdf_encoder_options *o) {
     o->sampling = NSDF_SAMPLE_REJECTION;
     o->sdf_norm = NSDF_SDF_UNIT_RANGE;
     o->hard_samples = 0;
+    o->optimiser = NSDF_OPTIMISER_ADAM;
     o->loss = NSDF_LOSS_MAE;
     o->steps = 4000;
     o->learning_rate = 5e-4;
@@ -70,8 +71,13 @@ static void thesis_options(nsdf_encoder_options *o) {
 
 void nsdf_encoder_options_init(nsdf_encoder_options *options, nsdf_preset preset) {
     nsdf_encoder_options o = common_options();
-    o.steps = 16000;
+    o.steps = 7000;
     o.block_steps = 8000;
+    if (preset == NSDF_PRESET_FAST) {
+        o.knot_spacing = 6.0;
+        o.weight_bits = 10.5;
+        o.batch_points = 512;
+    }
     if (preset == NSDF_PRESET_MEDIUM) {
         o.steps = 40000;
         o.blocks = 1200;

@@ -2,6 +2,7 @@
 
 #include "checkpoint.h"
 #include "frame_order.h"
+#include "muon.h"
 #include "optimiser.h"
 #include "stray.h"
 
@@ -17,11 +18,11 @@ static const double quantise_aware_share = 0.25;
 static const struct {
     double at;
     uint32_t resolution;
-} searches[] = {{0.4, 64}, {0.6, 64}, {0.75, 64}, {0.9, 96}};
+} searches[] = {{0.6, 64}};
 enum { SEARCHES = sizeof searches / sizeof *searches };
 
 /* After the last step, rounds of a few more follow until a search finds nothing. */
-enum { REPAIR_ROUNDS = 4, REPAIR_RESOLUTION = 128 };
+enum { REPAIR_ROUNDS = 1, REPAIR_RESOLUTION = 64 };
 
 /* With more crossings a frame than this the network is far from fitted: a few more steps do not help. */
 enum { HOPELESS_STRAYS = 1000 };
@@ -60,6 +61,7 @@ typedef struct {
     slot *slots;                /* [batch_frames] */
     nsdf_fit_scratch **scratch; /* [worker] */
     nsdf_adam adam;
+    nsdf_muon muon;            /* no matrices when Adam moves all parameters */
     float *gradient, *rounded; /* [parameter_count] */
     const float *active;       /* parameters that the batch uses: fitted ones, or rounded ones */
     double near_error;
@@ -99,6 +101,7 @@ static void free_state(state *s) {
     free(s->gradient);
     free(s->rounded);
     nsdf_adam_free(&s->adam);
+    nsdf_muon_free(&s->muon);
 }
 
 static int create_state(state *s, const nsdf_fit_job *job, float *parameters, nsdf_fit_result *result) {
@@ -122,7 +125,8 @@ static int create_state(state *s, const nsdf_fit_job *job, float *parameters, ns
     s->rounded = calloc(model->parameter_count, sizeof(float));
     int ok = nsdf_frame_order_create(&s->order, job->frame_count) == 0 && s->cursor && s->stray && s->tail &&
              s->slots && s->scratch && s->gradient && s->rounded &&
-             nsdf_adam_create(&s->adam, model->parameter_count) == 0;
+             nsdf_adam_create(&s->adam, model->parameter_count) == 0 &&
+             (o->optimiser != NSDF_OPTIMISER_MUON || nsdf_muon_create(&s->muon, model, s->kernels) == 0);
     for (uint32_t i = 0; ok && i < o->batch_frames; i++) {
         s->slots[i].composed = calloc(model->composed_size, sizeof(float));
         s->slots[i].gradient = calloc(model->composed_size, sizeof(float));
@@ -238,6 +242,7 @@ static void one_step(state *s, float *parameters, double rate, int rounding) {
     }
     nsdf_workers_run(s->job->workers, o->batch_frames, run_slot, s);
     gather(s);
+    nsdf_muon_step(&s->muon, s->job->workers, parameters, s->gradient, rate);
     nsdf_adam_step(&s->adam, parameters, s->gradient, rate);
 }
 

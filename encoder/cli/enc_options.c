@@ -60,7 +60,7 @@ static const char help_text[] =
     "      --hard-samples Y     on or off: for networks, more samples where the error is and where surface is astray\n"
     "Fitting (thesis 4.1, 4.2):\n"
     "      --loss KIND          weighted, mae or surface;  --loss-d0 F;  --delta F, --slope F of the surface loss\n"
-    "      --steps N            of Adam;  --learning-rate F\n"
+    "      --optimiser KIND     muon or adam: of networks;  --steps N;  --learning-rate F\n"
     "      --batch-frames N     frames per step;  --batch-points N  points of each\n"
     "Coding (thesis 4.3):\n"
     "      --weight-bits B      4 to 16, or 32 for float32\n"
@@ -115,6 +115,7 @@ enum {
     OPT_TIME_NORM,
     OPT_SDF_NORM,
     OPT_HARD_SAMPLES,
+    OPT_OPTIMISER,
     OPT_LOSS,
     OPT_LOSS_D0,
     OPT_DELTA,
@@ -176,6 +177,7 @@ static const struct option long_options[] = {
     {"time-norm", required_argument, NULL, OPT_TIME_NORM},
     {"sdf-norm", required_argument, NULL, OPT_SDF_NORM},
     {"hard-samples", required_argument, NULL, OPT_HARD_SAMPLES},
+    {"optimiser", required_argument, NULL, OPT_OPTIMISER},
     {"loss", required_argument, NULL, OPT_LOSS},
     {"loss-d0", required_argument, NULL, OPT_LOSS_D0},
     {"delta", required_argument, NULL, OPT_DELTA},
@@ -414,6 +416,10 @@ static int apply_data(nsdf_encoder_options *e, int code, const char *text) {
 static int apply_fitting(nsdf_encoder_options *e, int code, const char *text) {
     int choice = 0, failed;
     switch (code) {
+    case OPT_OPTIMISER:
+        failed = set_choice(code, text, "muon|adam", &choice);
+        e->optimiser = (nsdf_optimiser)choice;
+        return failed;
     case OPT_LOSS:
         failed = set_choice(code, text, "weighted|mae|surface", &choice);
         e->loss = (nsdf_loss)choice;

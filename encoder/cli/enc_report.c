@@ -36,8 +36,10 @@ static void put_options(nsdf_cli_file *f, const enc_options *o) {
     nsdf_cli_file_print(f, "    \"loss\": \"%s\", \"loss_d0\": %.17g, \"delta\": %.17g, \"slope\": %.17g,\n",
                         losses[e->loss], e->loss_d0, e->loss_delta, e->loss_slope);
     nsdf_cli_file_print(f,
-                        "    \"steps\": %llu, \"batch_frames\": %u, \"batch_points\": %u, \"learning_rate\": %.17g,\n",
-                        (unsigned long long)e->steps, e->batch_frames, e->batch_points, e->learning_rate);
+                        "    \"optimiser\": \"%s\", \"steps\": %llu, \"batch_frames\": %u, \"batch_points\": %u, "
+                        "\"learning_rate\": %.17g,\n",
+                        e->optimiser == NSDF_OPTIMISER_ADAM ? "adam" : "muon", (unsigned long long)e->steps,
+                        e->batch_frames, e->batch_points, e->learning_rate);
     nsdf_cli_file_print(
         f, "    \"weight_bits\": %.17g, \"quantiser\": \"%s\", \"entropy\": \"%s\", \"resolution\": %u\n  },\n",
         e->weight_bits, e->quantise_aware ? "aware" : "minmax", coders[e->entropy], e->resolution);

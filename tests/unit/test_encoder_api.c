@@ -51,6 +51,7 @@ static void test_slower_presets_do_more_and_thesis_is_its_network(void **state) 
     assert_true(thesis.input == NSDF_MODEL_XYZT && thesis.output_tanh && !thesis.quantise_aware);
     assert_true(thesis.sampling == NSDF_SAMPLE_REJECTION && thesis.sdf_norm == NSDF_SDF_UNIT_RANGE);
     assert_true(thesis.loss == NSDF_LOSS_MAE && thesis.entropy == NSDF_CODER_DEFLATE);
+    assert_true(fast.optimiser == NSDF_OPTIMISER_MUON && thesis.optimiser == NSDF_OPTIMISER_ADAM);
     assert_true(fast.hard_samples && medium.hard_samples && slow.hard_samples && !thesis.hard_samples);
 }
 

@@ -37,6 +37,12 @@ typedef enum nsdf_model_activation {
 } nsdf_model_activation;
 typedef enum nsdf_tensor_time { NSDF_TIME_CONSTANT = 0, NSDF_TIME_SPLINE = 1, NSDF_TIME_LOW_RANK = 2 } nsdf_tensor_time;
 typedef enum nsdf_sampling { NSDF_SAMPLE_NEAR_SURFACE = 0, NSDF_SAMPLE_REJECTION = 1 } nsdf_sampling;
+/* How a network's parameters are moved; blocks always take Adam. */
+typedef enum nsdf_optimiser {
+    NSDF_OPTIMISER_MUON, /* hidden matrices that do not change with time by Muon, everything else by Adam */
+    NSDF_OPTIMISER_ADAM
+} nsdf_optimiser;
+
 typedef enum nsdf_loss {
     NSDF_LOSS_WEIGHTED_MAE = 0,     /* |d| weighed by 1 / (1 + |d| / d0) */
     NSDF_LOSS_MAE = 1,              /* thesis 4.1 */
@@ -90,6 +96,7 @@ typedef struct nsdf_encoder_options {
     int hard_samples; /* while a network is fitted, further points where the error is large and where surface appears
                          astray, and more steps while it does; default on, off for the thesis's preset */
     /* fitting */
+    nsdf_optimiser optimiser; /* default Muon, Adam for the thesis's preset */
     nsdf_loss loss;
     double loss_d0;                      /* of the weighted loss, fraction of the diagonal */
     double loss_delta, loss_slope;       /* delta (fraction of the diagonal) and s of the surface-sensitive loss */

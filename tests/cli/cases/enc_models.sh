@@ -20,4 +20,5 @@ try --time-norm speed --input xyzt
 try --sdf-norm unit
 try --quantiser minmax
 try --hard-samples off
+try --optimiser adam
 try --weight-bits 32
