@@ -76,6 +76,7 @@ void nsdf_encoder_options_init(nsdf_encoder_options *options, nsdf_preset preset
     if (preset == NSDF_PRESET_FAST) {
         o.knot_spacing = 6.0;
         o.weight_bits = 10.5;
+        o.learning_rate = 1.4e-3;
         o.batch_points = 512;
     }
     if (preset == NSDF_PRESET_MEDIUM) {
