@@ -345,6 +345,10 @@ static void state_fields(void *fitting, nsdf_fit_state *f) {
     nsdf_state_floats(f, s->rounded, rounding ? model->parameter_count : 0);
     nsdf_state_floats(f, s->parameters, model->parameter_count);
     nsdf_state_adam(f, &s->adam);
+    for (uint32_t i = 0; i < s->muon.count; i++) {
+        const nsdf_muon_matrix *m = &s->muon.matrices[i];
+        nsdf_state_floats(f, m->momentum, (size_t)m->size * m->size);
+    }
     for (uint32_t i = 0; i < s->job->frame_count; i++)
         frame_fields(s, f, i);
 }
