@@ -16,6 +16,8 @@ static const double coefficient_rate = 1e-4, pose_rate = 2e-4;
  * would soon be a surface. */
 static const float weight_distance = 0.005f, safe_share = 0.25f;
 static const double rounding_share = 0.3; /* of the steps, at the end, see rounded values */
+static const double tuning_peak = 0.15;   /* of the rates, for a model that was fitted before */
+enum { STEERED = 50 };                    /* so many times in all steps, but only while values are rounded */
 static const float least_denominator = 2e-9f;
 
 /* Of batches that are kept between steps; sequences too long for it make theirs anew in every step. */
@@ -265,15 +267,20 @@ static int save(state *s) {
 /* All steps that are left.  Returns what progress answered, or -1 on failure. */
 static int fit_steps(state *s, nsdf_fit_result *result) {
     const uint64_t steps = s->job->options->steps;
-    const uint64_t rounding_from = (uint64_t)((1.0 - rounding_share) * (double)steps);
+    const nsdf_fit_control *control = s->job->control;
+    const int tuning = control && control->tuning;
+    const uint64_t rounding_from = tuning ? 0 : (uint64_t)((1.0 - rounding_share) * (double)steps);
+    const uint64_t every = 1 + steps / STEERED;
     double reported = nsdf_clock();
     while (result->steps < steps) {
-        const double schedule = nsdf_rate_schedule(result->steps, steps, 1.0);
+        const double schedule = nsdf_rate_schedule(result->steps, steps, tuning ? tuning_peak : 1.0);
         if (one_step(s, schedule, result->steps >= rounding_from) != 0)
             return -1;
         result->steps++;
         for (uint32_t i = 0; i < s->job->options->batch_frames; i++)
             result->samples += s->slots[i].sums.count;
+        if (control && control->steer && result->steps > rounding_from && result->steps % every == 0)
+            control->steer(control->user, result->steps, steps);
         if (nsdf_checkpoint_due(s->job->checkpoint, result->steps == steps) && save(s) != 0)
             return -1;
         if (nsdf_clock() - reported < 0.1 && result->steps < steps)
@@ -294,12 +301,12 @@ int nsdf_block_fit_run(const nsdf_fit_job *job, nsdf_block_model *model, nsdf_fi
         failed = nsdf_checkpoint_begin(job->checkpoint, job, model->values, model->value_count, state_fields, &s);
     if (!failed)
         failed = fit_steps(&s, result) < 0;
-    if (!failed) {
+    if (!failed && !job->control) {
         nsdf_block_model_round(model, model->values, s.rounded);
         memcpy(model->values, s.rounded, model->value_count * sizeof *s.rounded);
-        for (size_t i = 0; i < model->value_count; i++)
-            result->diverged |= !isfinite(model->values[i]);
     }
+    for (size_t i = 0; !failed && i < model->value_count; i++)
+        result->diverged |= !isfinite(model->values[i]);
     result->near_error = s.near_error;
     free_state(&s);
     return failed ? -1 : 0;

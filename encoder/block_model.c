@@ -27,6 +27,12 @@ static void set_quantiser(nsdf_blocks_desc *d, uint32_t tensor, double step) {
     a->offset = 0.0f;
 }
 
+void nsdf_block_model_set_steps(nsdf_block_model *model, const nsdf_block_steps *steps) {
+    set_quantiser(&model->desc, NSDF_BLOCK_POSES, steps->pose);
+    for (uint32_t n = 0; n <= model->desc.degree; n++)
+        set_quantiser(&model->desc, NSDF_BLOCK_COEFFICIENTS + n, steps->coefficient);
+}
+
 /* Blocks come and go from one frame to the next. */
 static double largest_gap(const double *u, uint32_t frames) {
     double gap = 0.0;
@@ -61,9 +67,7 @@ static void describe(nsdf_block_model *m, const nsdf_motion *motion, const nsdf_
     set_quantiser(d, NSDF_BLOCK_BONES, 1.0);
     set_quantiser(d, NSDF_BLOCK_WEIGHTS, (double)weight_step);
     set_quantiser(d, NSDF_BLOCK_ANCHORS, (double)anchor_step);
-    set_quantiser(d, NSDF_BLOCK_POSES, steps->pose);
-    for (uint32_t n = 0; n <= degree; n++)
-        set_quantiser(d, NSDF_BLOCK_COEFFICIENTS + n, steps->coefficient);
+    nsdf_block_model_set_steps(m, steps);
     m->value_count = (size_t)nsdf_parameter_count(&d->list);
     m->pose_offset = nsdf_block_offset(d, NSDF_BLOCK_POSES);
     m->pose_count = (size_t)nsdf_array_size(&d->list.tensors[NSDF_BLOCK_POSES].arrays[0]);
@@ -258,6 +262,20 @@ int nsdf_block_model_create(nsdf_block_model *model, const nsdf_motion *motion, 
         return 0;
     nsdf_block_model_free(model);
     return -1;
+}
+
+int nsdf_block_model_copy(nsdf_block_model *copy, const nsdf_block_model *model) {
+    const size_t influences = (size_t)model->desc.block_count * model->desc.influences * sizeof *model->influences;
+    *copy = *model;
+    copy->values = malloc(model->value_count * sizeof *model->values);
+    copy->influences = malloc(influences);
+    if (!copy->values || !copy->influences) {
+        nsdf_block_model_free(copy);
+        return -1;
+    }
+    memcpy(copy->values, model->values, model->value_count * sizeof *model->values);
+    memcpy(copy->influences, model->influences, influences);
+    return 0;
 }
 
 void nsdf_block_model_free(nsdf_block_model *model) {

@@ -36,6 +36,12 @@ int nsdf_block_model_create(nsdf_block_model *model, const nsdf_motion *motion, 
                             const double *u, uint32_t degree, double knot_spacing, const nsdf_block_steps *steps);
 void nsdf_block_model_free(nsdf_block_model *model);
 
+/* Returns 0, or -1 when memory ran out. */
+int nsdf_block_model_copy(nsdf_block_model *copy, const nsdf_block_model *model);
+
+/* Changes the quantisers' steps; the values stay. */
+void nsdf_block_model_set_steps(nsdf_block_model *model, const nsdf_block_steps *steps);
+
 /* values with poses and coefficients rounded to their steps. */
 void nsdf_block_model_round(const nsdf_block_model *model, const float *values, float *rounded);
 

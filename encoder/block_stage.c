@@ -10,6 +10,13 @@
 
 enum { NODES_PER_BLOCK = 4, FEWEST_NODES = 3000 };
 
+nsdf_encoder_options nsdf_block_options(const nsdf_encoder_options *options) {
+    nsdf_encoder_options o = *options;
+    o.steps = o.block_steps;
+    o.batch_points = o.block_points;
+    return o;
+}
+
 /* Control points are counted in frames of the sequence; where frames were left out, one for each that is there is the
  * most that they can tell. */
 static double knot_spacing(const nsdf_fit_job *job) {
@@ -47,41 +54,48 @@ static int any_hidden(const nsdf_frames *frames) {
     return 0;
 }
 
-/* Follows the surface. */
-static int track(const nsdf_fit_job *job, nsdf_motion *motion) {
+int nsdf_track_surface(const nsdf_fit_job *job, nsdf_tracked *tracked) {
     const nsdf_encoder_options *o = job->options;
     const int connected = nsdf_frames_connected(job->frames);
     const uint32_t rest = nsdf_rest_frame(job->frames, connected);
-    const double area = nsdf_surface_area(nsdf_frame_outer(&job->frames->frames[rest]));
     const uint32_t count = NODES_PER_BLOCK * o->blocks > FEWEST_NODES ? NODES_PER_BLOCK * o->blocks : FEWEST_NODES;
-    nsdf_nodes nodes;
-    if (nsdf_nodes_place(&nodes, job->frames, rest, count, o->seed) != 0)
+    nsdf_nodes *nodes = &tracked->nodes;
+    tracked->area = nsdf_surface_area(nsdf_frame_outer(&job->frames->frames[rest]));
+    if (nsdf_nodes_place(nodes, job->frames, rest, count, o->seed) != 0)
         return -1;
     int failed = 0;
     if (connected)
-        nsdf_nodes_carry(&nodes, job->frames);
+        nsdf_nodes_carry(nodes, job->frames);
     else
-        failed = nsdf_nodes_register(&nodes, job->frames, o->seed, job->workers);
+        failed = nsdf_nodes_register(nodes, job->frames, o->seed, job->workers);
     if (!failed && (!connected || any_hidden(job->frames)))
-        failed = nsdf_nodes_find_support(&nodes, job->frames, job->workers) != 0 ||
-                 nsdf_nodes_cover(&nodes, job->frames, o->seed, job->workers) != 0;
-    if (!failed)
-        failed = nsdf_motion_find(motion, &nodes, o->blocks, area, (float)nsdf_block_radius(o, area), job->workers);
-    nsdf_nodes_free(&nodes);
-    return failed;
+        failed = nsdf_nodes_find_support(nodes, job->frames, job->workers) != 0 ||
+                 nsdf_nodes_cover(nodes, job->frames, o->seed, job->workers) != 0;
+    if (failed)
+        nsdf_nodes_free(nodes);
+    return failed ? -1 : 0;
+}
+
+int nsdf_start_blocks(const nsdf_fit_job *job, const nsdf_tracked *tracked, nsdf_block_model *model) {
+    const nsdf_encoder_options *o = job->options;
+    nsdf_motion motion;
+    if (nsdf_motion_find(&motion, &tracked->nodes, o->blocks, tracked->area, (float)nsdf_block_radius(o, tracked->area),
+                         job->workers) != 0)
+        return -1;
+    const int failed = start_model(job, &motion, model);
+    nsdf_motion_free(&motion);
+    return failed ? -1 : 0;
 }
 
 int nsdf_fit_blocks(const nsdf_fit_job *job, nsdf_block_model *model, nsdf_fit_result *result) {
-    nsdf_encoder_options options = *job->options;
+    nsdf_encoder_options options = nsdf_block_options(job->options);
     nsdf_fit_job block_job = *job;
-    nsdf_motion motion;
-    options.steps = options.block_steps;
-    options.batch_points = options.block_points;
+    nsdf_tracked tracked;
     block_job.options = &options;
-    if (track(job, &motion) != 0)
+    if (nsdf_track_surface(&block_job, &tracked) != 0)
         return -1;
-    int failed = start_model(&block_job, &motion, model);
-    nsdf_motion_free(&motion);
+    const int failed = nsdf_start_blocks(&block_job, &tracked, model);
+    nsdf_nodes_free(&tracked.nodes);
     return failed ? -1 : nsdf_block_fit_run(&block_job, model, result);
 }
 

@@ -4,6 +4,22 @@
 
 #include "block_fit.h"
 #include "container.h"
+#include "nodes.h"
+
+/* The options with the steps and points of blocks in the place of the network's. */
+nsdf_encoder_options nsdf_block_options(const nsdf_encoder_options *options);
+
+/* What is known of the surface's motion before there are blocks. */
+typedef struct nsdf_tracked {
+    nsdf_nodes nodes; /* enough for options->blocks */
+    double area;      /* of the surface at rest */
+} nsdf_tracked;
+
+/* Follows the surface.  Returns 0, or -1 when memory ran out (then there is nothing to free). */
+int nsdf_track_surface(const nsdf_fit_job *job, nsdf_tracked *tracked);
+
+/* Places the blocks on what was tracked, finds bones and first values.  Returns 0, or -1 when memory ran out. */
+int nsdf_start_blocks(const nsdf_fit_job *job, const nsdf_tracked *tracked, nsdf_block_model *model);
 
 /* Tracks, finds bones, starts and fits.  Returns as nsdf_fit_run. */
 int nsdf_fit_blocks(const nsdf_fit_job *job, nsdf_block_model *model, nsdf_fit_result *result);

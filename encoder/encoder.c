@@ -7,6 +7,9 @@
 #include "dataset.h"
 #include "encoder_options.h"
 #include "fit.h"
+#include "rate_blocks.h"
+#include "rate_control.h"
+#include "rate_network.h"
 #include "verify.h"
 
 #include <stdlib.h>
@@ -54,6 +57,9 @@ typedef struct {
     nsdf_fit_result fit;
     nsdf_sample_set *strays; /* [frame]: what verification found */
     nsdf_coded_segment segment;
+    uint64_t size;                 /* asked for, 0 = none */
+    nsdf_rate_blocks *rate_blocks; /* with a target, one of the two */
+    nsdf_rate_network *rate_network;
     double start;
 } run;
 
@@ -128,6 +134,13 @@ nsdf_status nsdf_encoder_resume(nsdf_encoder *encoder, const void *data, size_t 
 
 /* ---- Stages --------------------------------------------------------------------------------------------- */
 
+static uint64_t asked_size(const nsdf_encoder *e) {
+    const nsdf_encoder_options *o = &e->options;
+    const uint32_t gaps = e->header.frame_count > 1 ? e->header.frame_count - 1 : 1;
+    const double seconds = (double)gaps * o->rate_den / o->rate_num;
+    return o->target_bitrate > 0.0 ? (uint64_t)(o->target_bitrate * 125.0 * seconds) : o->target_size;
+}
+
 static nsdf_status prepare(run *r) {
     const nsdf_encoder_options *o = &r->encoder->options;
     nsdf_frames *frames = &r->encoder->frames;
@@ -140,6 +153,7 @@ static nsdf_status prepare(run *r) {
     h->segment_count = 1;
     h->default_resolution = o->resolution;
     h->extraction_bound = provisional_bound;
+    r->size = asked_size(r->encoder);
     r->workers = nsdf_workers_create(o->threads);
     nsdf_model_describe(model, o, frames->count);
     if (status == NSDF_OK && model->parameter_count > NSDF_MAX_PARAMETERS)
@@ -210,7 +224,38 @@ static int uses_blocks(const run *r) {
     return e->options.blocks > 0;
 }
 
+/* Half of the input's smallest piece, so that decoded ones may be smaller, but not so large that a piece that a coarse
+ * grid cuts off would go. */
+static float smallest_piece(const run *r) {
+    const double asked = r->encoder->options.smallest_piece;
+    return asked < 0.0 ? fminf(0.5f * nsdf_frames_smallest_piece(&r->encoder->frames), largest_speck) : (float)asked;
+}
+
+static int has_target(const run *r) {
+    return r->size > 0 || r->encoder->options.target_error > 0.0;
+}
+
+static nsdf_status fit_to_target(run *r) {
+    nsdf_encoder *e = r->encoder;
+    const nsdf_rate_job job = {fit_job(r), r->size, &e->stats};
+    nsdf_status status = NSDF_NO_MEMORY;
+    e->header.smallest_piece = smallest_piece(r); /* errors are measured without specks */
+    if (uses_blocks(r))
+        r->rate_blocks = nsdf_rate_blocks_create(&job);
+    else
+        r->rate_network = nsdf_rate_network_create(&job, &r->dataset, &e->parameters);
+    if (r->rate_blocks)
+        status = nsdf_rate_blocks_fit(r->rate_blocks, &e->blocks, &r->fit, r->error);
+    else if (r->rate_network)
+        status = nsdf_rate_network_fit(r->rate_network, &r->fit, r->error);
+    else
+        return nsdf_encoder_fail(r->error, NSDF_NO_MEMORY, "out of memory");
+    return status == NSDF_OK ? fitted(r, 0) : status;
+}
+
 static nsdf_status fit(run *r) {
+    if (has_target(r))
+        return fit_to_target(r);
     nsdf_fit_job job = fit_job(r);
     job.checkpoint = &r->encoder->checkpoint;
     if (uses_blocks(r))
@@ -218,13 +263,6 @@ static nsdf_status fit(run *r) {
     nsdf_random random = nsdf_random_start(r->encoder->options.seed, 1);
     nsdf_model_initialise(&r->encoder->model, &random, r->encoder->parameters);
     return fitted(r, nsdf_fit_run(&job, r->encoder->parameters, &r->fit));
-}
-
-/* Half of the input's smallest piece, so that decoded ones may be smaller, but not so large that a piece that a coarse
- * grid cuts off would go. */
-static float smallest_piece(const run *r) {
-    const double asked = r->encoder->options.smallest_piece;
-    return asked < 0.0 ? fminf(0.5f * nsdf_frames_smallest_piece(&r->encoder->frames), largest_speck) : (float)asked;
 }
 
 static nsdf_status code(run *r) {
@@ -344,6 +382,8 @@ static nsdf_status mend(run *r) {
     nsdf_fit_job job = fit_job(r);
     double began = nsdf_clock();
     nsdf_status status = fitted(r, nsdf_fit_mend(&job, r->strays, r->encoder->parameters, &r->fit));
+    if (status == NSDF_OK && r->rate_network)
+        status = nsdf_rate_network_requantise(r->rate_network, r->error);
     stats->seconds_fit += nsdf_clock() - began;
     forget_strays(r);
     return status == NSDF_OK ? code_and_check(r) : status;
@@ -355,6 +395,34 @@ static int worth_mending(const run *r) {
     uint32_t pieces = r->encoder->stats.stray_pieces;
     return !r->encoder->blocks.values && r->encoder->options.hard_samples && pieces > 0 &&
            pieces <= r->encoder->frames.count + 8;
+}
+
+/* Goes on after verification until the target is met, or nothing helps. */
+static nsdf_status pursue_target(run *r) {
+    nsdf_encoder *e = r->encoder;
+    nsdf_status status = NSDF_OK;
+    for (int again = has_target(r); again && status == NSDF_OK;) {
+        const double began = nsdf_clock();
+        const nsdf_quality *q = &e->stats.quality;
+        if (r->rate_blocks)
+            status = nsdf_rate_blocks_judge(r->rate_blocks, &e->blocks, &r->fit, q, &again, r->error);
+        else
+            status = nsdf_rate_network_judge(r->rate_network, &r->fit, q, &again, r->error);
+        e->stats.seconds_fit += nsdf_clock() - began;
+        if (status == NSDF_OK)
+            status = fitted(r, 0);
+        if (status == NSDF_OK && again)
+            status = code_and_check(r);
+    }
+    return status;
+}
+
+static int target_met(const run *r) {
+    const nsdf_encoder *e = r->encoder;
+    const nsdf_encoder_options *o = &e->options;
+    if (r->size > 0)
+        return nsdf_rate_size_met(e->file.size, r->size);
+    return !(o->target_error > 0.0) || nsdf_mean_error(&e->stats.quality) <= o->target_error;
 }
 
 static nsdf_status run_stages(run *r) {
@@ -373,7 +441,7 @@ static nsdf_status run_stages(run *r) {
         status = code_and_check(r);
     for (int round = 0; status == NSDF_OK && whole && worth_mending(r) && round < MEND_ROUNDS; round++)
         status = mend(r);
-    return status;
+    return status == NSDF_OK ? pursue_target(r) : status;
 }
 
 /* Frees what stages share; without success there is no file. */
@@ -382,6 +450,9 @@ static void end_run(run *r, nsdf_status status) {
     if (status != NSDF_OK)
         e->file.size = 0;
     e->stats.file_size = e->file.size;
+    e->stats.target_met = target_met(r);
+    nsdf_rate_blocks_free(r->rate_blocks);
+    nsdf_rate_network_free(r->rate_network);
     nsdf_dataset_free(&r->dataset);
     forget_strays(r);
     free(r->strays);
@@ -443,6 +514,8 @@ nsdf_status nsdf_encoder_recode(nsdf_encoder *encoder, double weight_bits, nsdf_
     nsdf_quantise_params quantise = {weight_bits, 0};
     options.weight_bits = weight_bits;
     options.entropy = entropy;
+    options.target_size = 0; /* of the first coding */
+    options.target_bitrate = options.target_error = 0.0;
     nsdf_status status = nsdf_encoder_options_check(&options, error);
     if (status != NSDF_OK)
         return status;

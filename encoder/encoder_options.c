@@ -5,6 +5,8 @@
 #include <math.h>
 #include <string.h>
 
+static const double least_target = 500; /* bytes: less than any file takes */
+
 static nsdf_encoder_options common_options(void) {
     nsdf_encoder_options o;
     memset(&o, 0, sizeof o);
@@ -181,11 +183,34 @@ static nsdf_status check_fitting(const nsdf_encoder_options *o, nsdf_encoder_err
     return status;
 }
 
+static const char *check_targets_together(const nsdf_encoder_options *o) {
+    const int size = o->target_size > 0, rate = o->target_bitrate != 0.0, wrong = o->target_error != 0.0;
+    if (size + rate + wrong > 1)
+        return "only one of target size, target bitrate and target error can be given";
+    if (size + rate + wrong > 0 && (!o->quantise_aware || o->entropy != NSDF_CODER_RANGE || o->weight_bits >= 32.0))
+        return "a target goes with the aware quantiser of 4 to 16 bits and the range coder only";
+    return wrong && !o->verify ? "a target error cannot be met without verifying" : NULL;
+}
+
+static nsdf_status check_target(const nsdf_encoder_options *o, nsdf_encoder_error *error) {
+    const char *message = check_targets_together(o);
+    if (message)
+        return nsdf_encoder_fail(error, NSDF_INVALID_ARGUMENT, "%s", message);
+    const range ranges[] = {
+        {"target size", o->target_size ? (double)o->target_size : least_target, least_target, 1e12},
+        {"target bitrate", o->target_bitrate, 0, 1e9},
+        {"target error", o->target_error != 0.0 ? o->target_error : 0.1, 1e-6, 0.1},
+    };
+    return check_ranges(ranges, sizeof ranges / sizeof *ranges, error);
+}
+
 nsdf_status nsdf_encoder_options_check(const nsdf_encoder_options *options, nsdf_encoder_error *error) {
     if (options->struct_size != sizeof *options)
         return nsdf_encoder_fail(error, NSDF_INVALID_ARGUMENT,
                                  "the options have %zu bytes, expected %zu: call nsdf_encoder_options_init",
                                  options->struct_size, sizeof *options);
     nsdf_status status = check_model(options, error);
-    return status == NSDF_OK ? check_fitting(options, error) : status;
+    if (status == NSDF_OK)
+        status = check_fitting(options, error);
+    return status == NSDF_OK ? check_target(options, error) : status;
 }

@@ -10,6 +10,15 @@
 
 struct nsdf_checkpoint;
 
+/* What rate control changes about fitting blocks. */
+typedef struct nsdf_fit_control {
+    int tuning; /* a fitted model: at a low rate, and rounded values from the first step on */
+    /* Called now and then while values are rounded; may change the model's quantiser steps and the job's options.
+     * May be NULL. */
+    void (*steer)(void *user, uint64_t done, uint64_t steps);
+    void *user;
+} nsdf_fit_control;
+
 typedef struct nsdf_fit_job {
     nsdf_model *model; /* quantisers are set here when fitting is quantisation-aware */
     const nsdf_encoder_options *options;
@@ -23,6 +32,7 @@ typedef struct nsdf_fit_job {
     void *progress_user;
     double start_time;                  /* nsdf_clock() when the run began */
     struct nsdf_checkpoint *checkpoint; /* goes on where it was saved, and saves; NULL = neither */
+    const nsdf_fit_control *control;    /* of blocks, which then are left unrounded; or NULL */
 } nsdf_fit_job;
 
 typedef struct nsdf_fit_result {

@@ -9,13 +9,40 @@
 #include <stdio.h>
 #include <string.h>
 
+/* Exit code: the file is written, but --max-error or --size is not met. */
+enum { TARGET_MISSED = 3 };
+
 typedef struct {
     int finished_early;
     enc_checkpoint checkpoint;
+    const nsdf_encoder *encoder;
+    uint32_t rounds; /* of rate control that were said */
 } progress_state;
+
+/* A line for each round of rate control that has come since. */
+static void say_rounds(progress_state *state) {
+    static const char *const kinds[] = {"probe", "fit", "tuning", "quantising", "verifying"};
+    nsdf_encoder_stats s;
+    if (nsdf_encoder_get_stats(state->encoder, &s) != NSDF_OK)
+        return;
+    for (; state->rounds < s.round_count; state->rounds++) {
+        const nsdf_rate_round *r = &s.rounds[state->rounds];
+        char model[128], error[32] = "";
+        if (r->width)
+            snprintf(model, sizeof model, "width %u, %.3f bits", r->width, r->weight_bits);
+        else
+            snprintf(model, sizeof model, "%u blocks, %u bones, steps %.2e and %.2e, rate %.1e", r->blocks, r->bones,
+                     r->pose_step, r->coefficient_step, r->motion_rate);
+        if (r->error > 0.0)
+            snprintf(error, sizeof error, ", error %.2e", r->error);
+        nsdf_cli_verbose("round %u, %s: %s, %llu steps: %llu bytes%s", state->rounds + 1, kinds[r->kind], model,
+                         (unsigned long long)r->steps, (unsigned long long)r->bytes, error);
+    }
+}
 
 static int on_progress(void *user, const nsdf_progress *p) {
     progress_state *state = user;
+    say_rounds(state);
     int interrupts = nsdf_cli_interrupts();
     if (interrupts >= 2 || (interrupts >= 1 && p->stage == NSDF_STAGE_SAMPLE))
         return NSDF_ABORT;
@@ -188,26 +215,41 @@ static int write_also(const enc_options *o, nsdf_encoder *encoder, outputs *out,
     return 0;
 }
 
+/* The exit code of a file that is written: whether it is what was asked for. */
+static int judge_target(const enc_options *o, const nsdf_encoder_stats *s) {
+    const double wanted = o->encoder.target_error;
+    if (s->target_met)
+        return NSDF_CLI_SUCCESS;
+    if (wanted > 0.0)
+        nsdf_cli_error("--max-error %g is missed by %.1f %%: the mean error of %s is %.3e", wanted,
+                       100.0 * (nsdf_mean_error(&s->quality) / wanted - 1.0), o->output, nsdf_mean_error(&s->quality));
+    else
+        nsdf_cli_error("%s is more than 3 %% smaller than was asked for: it has %llu bytes", o->output,
+                       (unsigned long long)s->file_size);
+    return TARGET_MISSED;
+}
+
 static int encode(const enc_options *o, nsdf_encoder *encoder, outputs *out) {
     nsdf_encoder_stats stats;
-    progress_state state = {0};
+    progress_state state = {.encoder = encoder};
     if (enc_checkpoint_open(&state.checkpoint, o, encoder) != 0 || run(encoder, &state) != 0 ||
         nsdf_encoder_get_stats(encoder, &stats) != NSDF_OK || write_file(encoder, &out->file) != 0 ||
         write_also(o, encoder, out, &state) != 0)
-        return -1;
+        return NSDF_CLI_FAILURE;
     if (o->report && enc_report_write(&out->report, o, &stats, out->also_bytes, state.finished_early) != 0)
-        return -1;
+        return NSDF_CLI_FAILURE;
     if (nsdf_cli_interrupts() >= 2) {
         nsdf_cli_error("interrupted: nothing was written");
-        return -1;
+        return NSDF_CLI_FAILURE;
     }
     if (nsdf_cli_commit() != 0)
-        return -1;
+        return NSDF_CLI_FAILURE;
     enc_checkpoint_close(&state.checkpoint, state.finished_early);
+    say_rounds(&state);
     summarise(o, &stats);
     for (uint32_t i = 0; i < o->also_count; i++)
         nsdf_cli_say("%s: %llu bytes", o->also[i].output, (unsigned long long)out->also_bytes[i]);
-    return 0;
+    return judge_target(o, &stats);
 }
 
 /* Everything from open inputs on; out is released by the caller. */
@@ -218,9 +260,7 @@ static int encode_sequence(const enc_options *o, nsdf_encoder *encoder, nsdf_seq
         code = NSDF_CLI_FAILURE;
     nsdf_cli_list_free(&list);
     nsdf_sequence_close(sequence);
-    if (code == NSDF_CLI_SUCCESS && encode(o, encoder, out) != 0)
-        code = NSDF_CLI_FAILURE;
-    return code;
+    return code == NSDF_CLI_SUCCESS ? encode(o, encoder, out) : code;
 }
 
 static int encode_inputs(const enc_options *o, nsdf_encoder *encoder) {

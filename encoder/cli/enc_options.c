@@ -20,6 +20,10 @@ static const char help_text[] =
     "      --frame-step N       fit every Nth frame and the last one only; the others are interpolated (default 1)\n"
     "      --frames LIST        fit these frames only, numbered from 0: 7 or 0-9,20 or 1-173/2 (every second)\n"
     "      --preset NAME        fast, medium (default; also called temporal), slow or thesis\n"
+    "      --size BYTES         size of the file: never larger, at most 3 % smaller\n"
+    "      --bitrate KBPS       the same in kilobits (1000 bits) per second of the sequence\n"
+    "      --max-error E        mean error that the file may have, fraction of the diagonal: with as few bytes as it\n"
+    "                           takes; one of these three at most, and the exit code is 3 when it could not be met\n"
     "      --shell T            the surface is an open sheet: give it thickness T, in the input's units\n"
     "      --resolution N       resolution at which players extract by default, and at which the result is verified:\n"
     "                           cells along the longest side, 2 to 4096 (default 192)\n"
@@ -78,6 +82,9 @@ enum {
     OPT_FRAME_STEP,
     OPT_FRAMES,
     OPT_PRESET,
+    OPT_SIZE,
+    OPT_BITRATE,
+    OPT_MAX_ERROR,
     OPT_SHELL,
     OPT_RESOLUTION,
     OPT_REPORT,
@@ -140,6 +147,9 @@ static const struct option long_options[] = {
     {"frame-step", required_argument, NULL, OPT_FRAME_STEP},
     {"frames", required_argument, NULL, OPT_FRAMES},
     {"preset", required_argument, NULL, OPT_PRESET},
+    {"size", required_argument, NULL, OPT_SIZE},
+    {"bitrate", required_argument, NULL, OPT_BITRATE},
+    {"max-error", required_argument, NULL, OPT_MAX_ERROR},
     {"shell", required_argument, NULL, OPT_SHELL},
     {"resolution", required_argument, NULL, OPT_RESOLUTION},
     {"smallest-piece", required_argument, NULL, OPT_SMALLEST_PIECE},
@@ -259,6 +269,27 @@ static int set_preset(enc_options *o, const char *text) {
 }
 
 /* ---- Options by group; each returns -1 if the option is not of its group ---------------------------------- */
+
+static int set_positive(int code, const char *text, double *out) {
+    return nsdf_cli_parse_double(text, out) == 0 && *out > 0.0 ? 0 : bad_value(code, text, "a number above 0");
+}
+
+/* -1 if the option is not of the group. */
+static int apply_target(enc_options *o, int code, const char *text) {
+    if (code != OPT_SIZE && code != OPT_BITRATE && code != OPT_MAX_ERROR)
+        return -1;
+    if (o->target && o->target != code)
+        return nsdf_cli_usage_error("--%s and --%s cannot be given together", option_name(o->target),
+                                    option_name(code));
+    o->target = code;
+    if (code == OPT_BITRATE)
+        return set_positive(code, text, &o->encoder.target_bitrate);
+    if (code == OPT_MAX_ERROR)
+        return set_positive(code, text, &o->encoder.target_error);
+    return nsdf_cli_parse_u64(text, &o->encoder.target_size) == 0 && o->encoder.target_size > 0
+               ? 0
+               : bad_value(code, text, "a whole number of bytes from 1 up");
+}
 
 static int apply_general(enc_options *o, int code, const char *text) {
     nsdf_encoder_options *e = &o->encoder;
@@ -458,7 +489,9 @@ static int apply_fitting(nsdf_encoder_options *e, int code, const char *text) {
 }
 
 static int apply(enc_options *o, int code, const char *text, given *g) {
-    const int general = apply_general(o, code, text);
+    int general = apply_target(o, code, text);
+    if (general < 0)
+        general = apply_general(o, code, text);
     int result = general;
     if (result < 0)
         result = apply_model(&o->encoder, code, text, g);

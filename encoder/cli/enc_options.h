@@ -24,6 +24,7 @@ typedef struct enc_options {
     uint32_t frame_step;     /* every so many frames and the last; 0 when not given */
     enc_also also[ENC_MOST_ALSO];
     uint32_t also_count;
+    int target; /* --size, --bitrate or --max-error: the option's code; 0 without any */
     int quiet, verbose;
 } enc_options;
 

@@ -56,6 +56,40 @@ static void put_also(nsdf_cli_file *f, const enc_options *o, const uint64_t *byt
     nsdf_cli_file_print(f, "],\n");
 }
 
+static void put_rounds(nsdf_cli_file *f, const nsdf_encoder_stats *s) {
+    static const char *const kinds[] = {"probe", "fit", "tune", "quantise", "verify"};
+    for (uint32_t i = 0; i < s->round_count; i++) {
+        const nsdf_rate_round *r = &s->rounds[i];
+        nsdf_cli_file_print(f, "%s\n    {\"kind\": \"%s\", \"steps\": %llu, ", i ? "," : "", kinds[r->kind],
+                            (unsigned long long)r->steps);
+        if (r->width)
+            nsdf_cli_file_print(f, "\"width\": %u, \"weight_bits\": %.9g, ", r->width, r->weight_bits);
+        else
+            nsdf_cli_file_print(f,
+                                "\"blocks\": %u, \"bones\": %u, \"pose_step\": %.9g, \"coefficient_step\": %.9g, "
+                                "\"motion_rate\": %.9g, ",
+                                r->blocks, r->bones, r->pose_step, r->coefficient_step, r->motion_rate);
+        nsdf_cli_file_print(f, "\"bytes\": %llu, \"error\": ", (unsigned long long)r->bytes);
+        nsdf_cli_file_print(f, r->error > 0.0 ? "%.9g}" : "null}", r->error);
+    }
+}
+
+/* What was asked for, and the way there. */
+static void put_target(nsdf_cli_file *f, const nsdf_encoder_options *e, const nsdf_encoder_stats *s) {
+    if (!e->target_size && !(e->target_bitrate > 0.0) && !(e->target_error > 0.0))
+        return;
+    nsdf_cli_file_print(f, "  \"target\": {");
+    if (e->target_size)
+        nsdf_cli_file_print(f, "\"size\": %llu", (unsigned long long)e->target_size);
+    else if (e->target_bitrate > 0.0)
+        nsdf_cli_file_print(f, "\"bitrate\": %.9g", e->target_bitrate);
+    else
+        nsdf_cli_file_print(f, "\"max_error\": %.9g", e->target_error);
+    nsdf_cli_file_print(f, ", \"met\": %s, \"rounds\": [", s->target_met ? "true" : "false");
+    put_rounds(f, s);
+    nsdf_cli_file_print(f, "]},\n");
+}
+
 static void put_result(nsdf_cli_file *f, const nsdf_encoder_stats *s, int interrupted) {
     nsdf_cli_file_print(f,
                         "  \"input\": {\"frames\": %u, \"triangles\": %llu, \"open_frames\": %u, \"open_edges\": %llu, "
@@ -97,6 +131,7 @@ int enc_report_write(nsdf_cli_file *file, const enc_options *options, const nsdf
     nsdf_cli_file_print(file, ",\n");
     put_options(file, options);
     put_also(file, options, also_bytes);
+    put_target(file, &options->encoder, stats);
     put_result(file, stats, interrupted);
     nsdf_cli_file_print(file, "}\n");
     return nsdf_cli_file_close(file);

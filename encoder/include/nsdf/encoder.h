@@ -114,6 +114,14 @@ typedef struct nsdf_encoder_options {
                               fraction of the diagonal, up to 1; 0 = none; default -1: half the smallest piece of the
                               input, at most 1/8, or more where verification finds larger pieces astray */
     int verify;            /* decode the file, measure and store its error; default on */
+    /* Rate control: at most one of them, with the aware quantiser and NSDF_CODER_RANGE only.  Blocks, bones, quantiser
+     * steps and motion_rate (of a network: width and weight_bits) then are where the search begins.  A target takes up
+     * to about 1.5 times the time, where the error is hard to reach more. */
+    uint64_t target_size;  /* bytes: the file is never larger, and at most 3 % smaller; 0 = none, else 500 up */
+    double target_bitrate; /* the same, in 1000 bits per second of the duration (of a single frame: of 1 / rate
+                              seconds); 0 = none */
+    double target_error;   /* nsdf_mean_error of the file as verified, which must be on, fraction of the diagonal: met
+                              with few bytes, or nsdf_encoder_stats.target_met is 0; 0 = none, else 1e-6 to 0.1 */
 } nsdf_encoder_options;
 
 /* Sets every field for a preset. */
@@ -167,7 +175,8 @@ enum {
 };
 typedef int (*nsdf_progress_fn)(void *user, const nsdf_progress *progress);
 
-/* Samples, fits, quantises, codes and verifies.  progress may be NULL; it is called on the calling thread. */
+/* Samples, fits, quantises, codes and verifies.  NSDF_LIMIT before fitting when target_size is less than the sequence
+ * takes at the least.  progress may be NULL; it is called on the calling thread. */
 NSDF_API NSDF_MUST_USE nsdf_status nsdf_encoder_run(nsdf_encoder *encoder, nsdf_progress_fn progress, void *user,
                                                     nsdf_encoder_error *error);
 
@@ -220,6 +229,27 @@ typedef struct nsdf_block_bytes {
     uint64_t shapes;     /* polynomials */
 } nsdf_block_bytes;
 
+/* What a round of rate control did. */
+typedef enum nsdf_rate_kind {
+    NSDF_RATE_PROBE = 0,    /* a short fit, to learn what sizes or errors this sequence has */
+    NSDF_RATE_FIT = 1,      /* a whole fit */
+    NSDF_RATE_TUNE = 2,     /* a few more steps with other quantisers */
+    NSDF_RATE_QUANTISE = 3, /* other quantisers only */
+    NSDF_RATE_VERIFY = 4    /* the whole file was decoded and measured */
+} nsdf_rate_kind;
+
+typedef struct nsdf_rate_round {
+    nsdf_rate_kind kind;
+    uint32_t blocks, bones, width;                   /* width is 0 for blocks, blocks and bones for a network */
+    uint64_t steps;                                  /* of Adam in this round */
+    double pose_step, coefficient_step, motion_rate; /* of blocks */
+    double weight_bits;                              /* of a network */
+    uint64_t bytes;                                  /* of the whole file */
+    double error; /* nsdf_mean_error, but of some frames only unless the kind is NSDF_RATE_VERIFY; 0 = not measured */
+} nsdf_rate_round;
+
+enum { NSDF_MOST_RATE_ROUNDS = 40 };
+
 typedef struct nsdf_encoder_stats {
     uint32_t frames;          /* added */
     uint32_t nominal_frames;  /* in the file, those left out included */
@@ -239,8 +269,17 @@ typedef struct nsdf_encoder_stats {
                                 the input, over all frames; 0 in a good file */
     double seconds_sample, seconds_fit, seconds_code, seconds_verify;
     nsdf_quality quality;
+    int target_met;       /* of target_size or target_error; 1 without any */
+    uint32_t round_count; /* of rate control; they are there as soon as a round ends, also for progress */
+    nsdf_rate_round rounds[NSDF_MOST_RATE_ROUNDS];
 } nsdf_encoder_stats;
 
+/* What target_error speaks of: the larger of the two mean distances, input to decoded and back. */
+static inline double nsdf_mean_error(const nsdf_quality *quality) {
+    return quality->mean_to_decoded > quality->mean_to_input ? quality->mean_to_decoded : quality->mean_to_input;
+}
+
+/* May also be called by a progress callback. */
 NSDF_API NSDF_MUST_USE nsdf_status nsdf_encoder_get_stats(const nsdf_encoder *encoder, nsdf_encoder_stats *stats);
 
 #ifdef __cplusplus

@@ -1,0 +1,21 @@
+/* What rate control of blocks and of networks share: the trail of rounds, and errors of some of the frames. */
+#ifndef NSDF_RATE_TRAIL_H
+#define NSDF_RATE_TRAIL_H
+
+#include "fit.h"
+#include "container_write.h"
+
+typedef struct nsdf_rate_job {
+    nsdf_fit_job fit;          /* its options are those given */
+    uint64_t size;             /* that the file may have; 0 = the options' target_error counts */
+    nsdf_encoder_stats *stats; /* rounds are added */
+} nsdf_rate_job;
+
+/* Adds a round; when there is no room, it takes the place of the last. */
+void nsdf_rate_note(const nsdf_rate_job *job, const nsdf_rate_round *round);
+
+/* nsdf_mean_error of a file, from some frames that are spread over the sequence. */
+nsdf_status nsdf_rate_quick_error(const nsdf_rate_job *job, const nsdf_buffer *file, double *mean,
+                                  nsdf_encoder_error *error);
+
+#endif
