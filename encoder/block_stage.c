@@ -99,13 +99,16 @@ int nsdf_fit_blocks(const nsdf_fit_job *job, nsdf_block_model *model, nsdf_fit_r
     return failed ? -1 : nsdf_block_fit_run(&block_job, model, result);
 }
 
-static int quantise(const nsdf_block_model *model, int32_t *q) {
+/* decoded[value_count] gets what a reader will have, and q its integers.  The values are rounded once only: products
+ * and quotients, as here and there, part at ties. */
+static int quantise(const nsdf_block_model *model, float *decoded, int32_t *q) {
     const nsdf_tensor_list *list = &model->desc.list;
     int failed = 0;
+    nsdf_block_model_round(model, model->values, decoded);
     for (uint32_t t = 0; t < list->count && !failed; t++) {
         const nsdf_array_desc *a = &list->tensors[t].arrays[0];
         const size_t at = nsdf_block_offset(&model->desc, t);
-        failed = nsdf_quantise(model->values + at, (size_t)nsdf_array_size(a), a->step, a->offset, q + at);
+        failed = nsdf_quantise(decoded + at, (size_t)nsdf_array_size(a), a->step, a->offset, q + at);
     }
     return failed;
 }
@@ -114,11 +117,10 @@ int nsdf_code_blocks(const nsdf_block_model *model, nsdf_coded_segment *segment)
     nsdf_blocks_desc desc = model->desc;
     int32_t *q = malloc(model->value_count * sizeof *q);
     float *decoded = malloc(model->value_count * sizeof *decoded);
-    int failed = !q || !decoded || quantise(model, q) != 0;
+    int failed = !q || !decoded || quantise(model, decoded, q) != 0;
     if (!failed) {
         nsdf_write_segment_start(&segment->payload, 1);
         failed = nsdf_write_blocks_part(&segment->payload, &desc, q);
-        nsdf_block_model_round(model, model->values, decoded);
         segment->hash = nsdf_hash_floats(NSDF_HASH_START, decoded, model->value_count);
     }
     free(q);
@@ -141,7 +143,8 @@ static size_t size_without(const nsdf_block_model *model, const int32_t *q, uint
 
 int nsdf_weigh_blocks(const nsdf_block_model *model, nsdf_block_bytes *bytes) {
     int32_t *q = malloc(model->value_count * sizeof *q), *scratch = malloc(model->value_count * sizeof *scratch);
-    const int failed = !q || !scratch || quantise(model, q) != 0;
+    float *decoded = malloc(model->value_count * sizeof *decoded);
+    const int failed = !q || !scratch || !decoded || quantise(model, decoded, q) != 0;
     const size_t all = failed ? 0 : size_without(model, q, UINT32_MAX, scratch);
     memset(bytes, 0, sizeof *bytes);
     for (uint32_t t = 0; t < model->desc.list.count && !failed; t++) {
@@ -157,5 +160,6 @@ int nsdf_weigh_blocks(const nsdf_block_model *model, nsdf_block_bytes *bytes) {
     }
     free(q);
     free(scratch);
+    free(decoded);
     return failed ? -1 : 0;
 }

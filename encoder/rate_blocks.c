@@ -8,14 +8,18 @@
 
 /* Shares of the options' steps.  Together they take about what one fit without a target takes. */
 static const double probe_share = 0.1, fit_share = 0.85, refit_share = 1.0, tune_share = 0.05;
-/* After a whole fit the error is about this part of a probe's. */
-static const double probe_gain = 0.9;
+/* After a whole fit the error is at most about this part of a probe's. */
+static const double probe_gain = 0.95;
+/* The error of a surface as a multiple of that of samples near it, 1.05 to 1.25: by the latter, pieces astray in a
+ * probe, which a whole fit does not have, do not count. */
+static const double surface_by_near = 1.2;
 /* A second probe when the level is to change by more. */
 static const double near_level = 0.6;
 /* What is aimed at, and what is good enough, of the size or error asked for. */
-static const double size_aim = 0.99, error_aim = 0.97, error_enough = 0.93, error_hopeless = 1.12;
-static const double least_gain = 0.95;   /* of the error, by another fit, or there is no third */
-static const double quick_margin = 0.99; /* quick errors up to this part of the error are worth a whole verification */
+static const double size_aim = 0.99, error_aim = 0.96, error_enough = 0.92, error_hopeless = 1.12;
+static const double error_wasteful = 0.7; /* worth another fit with fewer bones */
+static const double least_gain = 0.95;    /* of the error, by another fit, or there is no third */
+static const double quick_margin = 0.985; /* quick errors up to this part of the error are worth a whole verification */
 static const double lowest_x = -1.6, highest_x = 1.6, rate_share = 1.5;
 static const float safe_bound = 4.0f;    /* as in bound.c */
 static const double margin_blocks = 1.2; /* nodes for more blocks than expected */
@@ -243,7 +247,8 @@ static nsdf_status next_level(nsdf_rate_blocks *r, double *level) {
     if (r->job.size)
         *level = level_of_size(r);
     else
-        *level = r->level + nsdf_rate_level_step(probe_gain * r->quick, error_aim * r->base.target_error);
+        *level = r->level + nsdf_rate_level_step(probe_gain * fmin(r->quick, surface_by_near * r->result->near_error),
+                                                 error_aim * r->base.target_error);
     *level = within_levels(r, *level);
     return status;
 }
@@ -324,9 +329,10 @@ static double expected(const nsdf_rate_blocks *r) {
 static nsdf_status refit(nsdf_rate_blocks *r) {
     const double before = r->fit_error;
     r->refits++;
-    const nsdf_status status =
-        fit_at(r, r->level + 1.15 * nsdf_rate_level_step(expected(r), error_aim) + 0.1, refit_share);
-    if (r->quick > least_gain * before)
+    const double step = nsdf_rate_level_step(expected(r), error_aim);
+    const int finer = step > 0.0;
+    const nsdf_status status = fit_at(r, r->level + (finer ? 1.15 * step + 0.1 : 0.85 * step), refit_share);
+    if (finer && r->quick > least_gain * before)
         r->refits = MOST_REFITS;
     return status;
 }
@@ -334,7 +340,9 @@ static nsdf_status refit(nsdf_rate_blocks *r) {
 /* Whether tuning can get there: errors follow x only so far. */
 static int needs_refit(const nsdf_rate_blocks *r, double next) {
     const int can = r->refits < MOST_REFITS && r->level < nsdf_rate_highest_for_error - 0.05;
-    return can && expected(r) > 1.0 && (expected(r) > error_hopeless || next < lowest_x || r->trials.count > 3);
+    if (r->refits == 0 && r->trials.count == 1 && r->level > nsdf_rate_lowest_level && expected(r) < error_wasteful)
+        return 1;
+    return can && expected(r) > 1.0 && (expected(r) > error_hopeless || next < lowest_x || r->trials.count > 2);
 }
 
 /* Until the error is just below the one asked for. */
