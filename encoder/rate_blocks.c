@@ -17,6 +17,7 @@ static const double surface_by_near = 1.2;
 static const double near_level = 0.6;
 /* What is aimed at, and what is good enough, of the size or error asked for. */
 static const double size_aim = 0.99, error_aim = 0.96, error_enough = 0.92, error_hopeless = 1.12;
+static const double error_accepted = 0.9; /* once all frames were verified */
 static const double error_wasteful = 0.7; /* worth another fit with fewer bones */
 static const double least_gain = 0.95;    /* of the error, by another fit, or there is no third */
 static const double quick_margin = 0.985; /* quick errors up to this part of the error are worth a whole verification */
@@ -43,6 +44,7 @@ struct nsdf_rate_blocks {
     double whole_by_quick;   /* error of all frames as a multiple of that */
     uint64_t bytes;          /* of the model as it is */
     double fit_error;        /* quick error of the last whole fit, before tuning */
+    int close;               /* some round since the last whole fit had the error: tuning leads there */
     uint32_t tunes, refits, checks;
     int stopped, finished;
     nsdf_block_model best; /* met the error when all frames were verified, if it has values */
@@ -282,11 +284,17 @@ static nsdf_status probe(nsdf_rate_blocks *r, double *level) {
     return status;
 }
 
+/* Quick error of what is about to be verified as a whole, relative to the one asked for. */
+static double expected(const nsdf_rate_blocks *r) {
+    return r->quick * r->whole_by_quick / r->base.target_error;
+}
+
 static nsdf_status fit_at(nsdf_rate_blocks *r, double level, double share) {
     nsdf_status status = start(r, level);
     if (status == NSDF_OK)
         status = fit_and_measure(r, NSDF_RATE_FIT, share);
     r->fit_error = r->quick;
+    r->close = !r->job.size && expected(r) <= 1.0;
     r->trials.count = 0;
     nsdf_rate_tried(&r->trials, r->x, r->quick);
     return status;
@@ -321,11 +329,6 @@ static nsdf_status fill(nsdf_rate_blocks *r) {
 
 /* ---- Error ------------------------------------------------------------------------------------------------ */
 
-/* Quick error of what is about to be verified as a whole, relative to the one asked for. */
-static double expected(const nsdf_rate_blocks *r) {
-    return r->quick * r->whole_by_quick / r->base.target_error;
-}
-
 static nsdf_status refit(nsdf_rate_blocks *r) {
     const double before = r->fit_error;
     r->refits++;
@@ -342,7 +345,8 @@ static int needs_refit(const nsdf_rate_blocks *r, double next) {
     const int can = r->refits < MOST_REFITS && r->level < nsdf_rate_highest_for_error - 0.05;
     if (r->refits == 0 && r->trials.count == 1 && r->level > nsdf_rate_lowest_level && expected(r) < error_wasteful)
         return 1;
-    return can && expected(r) > 1.0 && (expected(r) > error_hopeless || next < lowest_x || r->trials.count > 2);
+    return can && !r->close && !r->best.values && expected(r) > 1.0 &&
+           (expected(r) > error_hopeless || next < lowest_x || r->trials.count > 2);
 }
 
 /* Until the error is just below the one asked for. */
@@ -364,6 +368,7 @@ static nsdf_status approach(nsdf_rate_blocks *r) {
         set_x(r, x);
         status = fit_and_measure(r, NSDF_RATE_TUNE, tune_share);
         nsdf_rate_tried(&r->trials, x, r->quick);
+        r->close |= expected(r) <= 1.0;
     }
     return status;
 }
@@ -403,7 +408,7 @@ nsdf_status nsdf_rate_blocks_judge(nsdf_rate_blocks *r, nsdf_block_model *model,
     if (ratio <= 1.0)
         status = keep(r);
     const uint64_t before = r->result->steps;
-    if (status == NSDF_OK && r->checks < MOST_CHECKS && !(ratio <= 1.0 && ratio >= error_enough))
+    if (status == NSDF_OK && r->checks < MOST_CHECKS && !(ratio <= 1.0 && ratio >= error_accepted))
         status = approach(r);
     *again = r->result->steps > before;
     if (status == NSDF_OK && !*again)
