@@ -31,6 +31,7 @@ typedef struct nsdf_blocks {
     const nsdf_blocks_desc *desc;
     const float *values;      /* the part's parameters */
     nsdf_block *blocks;       /* [block_count] */
+    int moving;               /* some coefficients are splines over time */
     double *bones;            /* [bone_count][12]: [3][4] rows of M and the centre's position */
     nsdf_block_place *places; /* [block_count] */
     float (*reach)[6];        /* [block_count]: box of the ball: low, high */

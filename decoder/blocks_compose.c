@@ -63,16 +63,29 @@ static void add_product(const uint32_t degree[3], double coefficient, double ter
     }
 }
 
+/* The coefficients of each degree at one time. */
+typedef struct {
+    nsdf_blend of[NSDF_MAX_DEGREE + 1];
+} coefficients_at;
+
+static void blend_coefficients(const nsdf_blocks *b, double u, coefficients_at *at) {
+    for (uint32_t d = 0; d <= b->desc->degree; d++) {
+        const uint32_t tensor = NSDF_BLOCK_COEFFICIENTS + d;
+        nsdf_blend_tensor(&at->of[d], &b->desc->list.tensors[tensor], b->values + nsdf_block_offset(b->desc, tensor),
+                          u);
+    }
+}
+
 /* Terms of a degree are stored with a, then b, descending. */
-static void make_terms(const nsdf_blocks *b, uint32_t k, float out[NSDF_BLOCK_TERMS]) {
+static void make_terms(const nsdf_blocks *b, const coefficients_at *at, uint32_t k, float out[NSDF_BLOCK_TERMS]) {
     double terms[NSDF_BLOCK_TERMS] = {0.0};
     for (uint32_t d = 0; d <= b->desc->degree; d++) {
-        const float *c =
-            b->values + nsdf_block_offset(b->desc, NSDF_BLOCK_COEFFICIENTS + d) + (size_t)k * nsdf_degree_terms(d);
+        double row[(NSDF_MAX_DEGREE + 1) * (NSDF_MAX_DEGREE + 2) / 2], *c = row;
+        nsdf_blend_row(&at->of[d], k, row);
         for (uint32_t rest = 0; rest <= d; rest++)
             for (uint32_t z = 0; z <= rest; z++) {
                 const uint32_t degree[3] = {d - rest, rest - z, z};
-                add_product(degree, (double)*c++, terms);
+                add_product(degree, *c++, terms);
             }
     }
     for (int i = 0; i < NSDF_BLOCK_TERMS; i++)
@@ -95,8 +108,13 @@ void nsdf_blocks_init(nsdf_blocks *blocks, const nsdf_blocks_desc *desc, const f
     blocks->entries = cut(&rest, blocks->entry_capacity * sizeof(uint32_t));
     choose_cells(blocks, domain_min, domain_max);
     memset(blocks->blocks, 0, k * sizeof(nsdf_block));
+    blocks->moving = 0;
+    for (uint32_t d = 0; d <= desc->degree; d++)
+        blocks->moving |= desc->list.tensors[NSDF_BLOCK_COEFFICIENTS + d].kind != NSDF_TENSOR_CONSTANT;
+    coefficients_at at;
+    blend_coefficients(blocks, 0.0, &at);
     for (uint32_t i = 0; i < desc->block_count; i++)
-        make_terms(blocks, i, blocks->blocks[i].terms);
+        make_terms(blocks, &at, i, blocks->blocks[i].terms);
 }
 
 /* ---- One time ---------------------------------------------------------------------------------------------- */
@@ -202,7 +220,9 @@ void nsdf_blocks_compose(nsdf_blocks *blocks, double u) {
     const nsdf_blocks_desc *desc = blocks->desc;
     const float *lives = blocks->values + nsdf_block_offset(desc, NSDF_BLOCK_LIVES);
     const float *radii = blocks->values + nsdf_block_offset(desc, NSDF_BLOCK_RADII);
+    coefficients_at at;
     compose_bones(blocks, u);
+    blend_coefficients(blocks, u, &at);
     for (uint32_t k = 0; k < desc->block_count; k++) {
         nsdf_block *block = &blocks->blocks[k];
         double pose[12];
@@ -215,6 +235,8 @@ void nsdf_blocks_compose(nsdf_blocks *blocks, double u) {
         if (!invert_pose(pose, (double)radii[k], block->map))
             continue;
         block->radius = radii[k];
+        if (blocks->moving)
+            make_terms(blocks, &at, k, block->terms);
         reach_of(pose, (double)radii[k], blocks->reach[k]);
         place_block(block, pose, &blocks->places[k]);
     }

@@ -11,7 +11,7 @@
 #include <string.h>
 
 /* Rates for a full first step, normalised units; both follow the schedule of the network's fitting. */
-static const double coefficient_rate = 1e-4, pose_rate = 2e-4;
+static const double coefficient_rate = 1e-4, pose_rate = 2e-4, level_rate = 2e-5;
 /* Loss weight 1/2 there; but 1 where the value is less than this share of the distance, or has the wrong sign: there
  * would soon be a surface. */
 static const float weight_distance = 0.005f, safe_share = 0.25f;
@@ -38,7 +38,8 @@ typedef struct {
     nsdf_block_frame at;
     nsdf_block_work work;
     nsdf_block_batch own;
-    float (*poses)[12]; /* [block]: gradient */
+    float (*monomials)[NSDF_BLOCK_MOST_TERMS]; /* [block]: at the slot's time */
+    float (*poses)[12];                        /* [block]: gradient */
 } workplace;
 
 typedef struct {
@@ -50,9 +51,9 @@ typedef struct {
     nsdf_block_cache cache;
     slot *slots;       /* [batch_frames] */
     workplace *places; /* [worker] */
-    nsdf_adam terms, poses;
+    nsdf_adam terms, levels, poses;
     float *gradient, *rounded;                 /* [value_count] */
-    float (*monomials)[NSDF_BLOCK_MOST_TERMS]; /* [block] */
+    float (*monomials)[NSDF_BLOCK_MOST_TERMS]; /* [block]: without levels that move */
     const float *active;
     double near_error;
     double began; /* nsdf_clock(), had there been no break */
@@ -70,6 +71,7 @@ static void free_state(state *s) {
         nsdf_block_frame_free(&s->places[i].at);
         nsdf_block_work_free(&s->places[i].work);
         nsdf_block_batch_free(&s->places[i].own);
+        free(s->places[i].monomials);
         free(s->places[i].poses);
     }
     free(s->slots);
@@ -80,6 +82,7 @@ static void free_state(state *s) {
     free(s->rounded);
     free(s->monomials);
     nsdf_adam_free(&s->terms);
+    nsdf_adam_free(&s->levels);
     nsdf_adam_free(&s->poses);
 }
 
@@ -92,7 +95,9 @@ static int create_slot(slot *sl, const nsdf_block_model *model) {
 static int create_bench(workplace *b, const nsdf_fit_job *job, const nsdf_block_model *model) {
     const uint32_t blocks = model->desc.block_count, points = job->options->batch_points;
     b->poses = malloc(sizeof *b->poses * blocks);
-    return b->poses && nsdf_block_frame_create(&b->at, model, job->header->domain_min, job->header->domain_max) == 0 &&
+    b->monomials = malloc(sizeof *b->monomials * blocks);
+    return b->poses && b->monomials &&
+                   nsdf_block_frame_create(&b->at, model, job->header->domain_min, job->header->domain_max) == 0 &&
                    nsdf_block_work_create(&b->work, points, blocks, &b->at) == 0 &&
                    nsdf_block_batch_create(&b->own, points, blocks) == 0
                ? 0
@@ -114,6 +119,7 @@ static int create_state(state *s, const nsdf_fit_job *job, nsdf_block_model *mod
     s->monomials = calloc(model->desc.block_count, sizeof *s->monomials);
     int ok = nsdf_frame_order_create(&s->order, job->frame_count) == 0 && s->slots && s->places && s->gradient &&
              s->rounded && s->monomials && nsdf_adam_create(&s->terms, model->term_count) == 0 &&
+             nsdf_adam_create(&s->levels, model->level_count) == 0 &&
              nsdf_adam_create(&s->poses, model->pose_count) == 0 &&
              nsdf_block_cache_create(&s->cache, job->samples, job->frame_count, job->options->batch_points,
                                      model->desc.block_count, most_cache_bytes) == 0;
@@ -121,7 +127,8 @@ static int create_state(state *s, const nsdf_fit_job *job, nsdf_block_model *mod
         ok = create_slot(&s->slots[i], model) == 0;
     for (uint32_t i = 0; ok && i < nsdf_workers_count(job->workers); i++)
         ok = create_bench(&s->places[i], job, model) == 0;
-    s->terms.epsilon = least_denominator; /* coefficients that see no gradient stay where they are */
+    s->terms.epsilon = s->levels.epsilon =
+        least_denominator; /* coefficients that see no gradient stay where they are */
     return ok ? 0 : -1;
 }
 
@@ -144,7 +151,7 @@ static void find_gradients(const state *s, slot *sl, workplace *w) {
     const float *radii = m->values + nsdf_block_offset(&m->desc, NSDF_BLOCK_RADII);
     for (uint32_t k = 0; k < m->desc.block_count; k++) {
         nsdf_block_gradient sums;
-        s->passes->backward(&w->work, k, m->desc.degree, s->monomials[k], &sums);
+        s->passes->backward(&w->work, k, m->desc.degree, w->monomials[k], &sums);
         memcpy(sl->terms[k], sums.terms, sizeof sums.terms);
         pose_gradient(w->at.map[k], radii[k], &sums, w->poses[k]);
     }
@@ -160,10 +167,12 @@ static void run_slot(void *data, uint32_t index, uint32_t worker) {
     const float scale = 1.0f / ((float)s->job->options->batch_points * (float)s->job->options->batch_frames);
     const nsdf_block_loss loss = {scale, weight_distance, safe_share, NSDF_NEAR_LIMIT};
     nsdf_block_frame_pose(&w->at, m, s->active, s->job->u[sl->frame]);
+    memcpy(w->monomials, s->monomials, sizeof *s->monomials * m->desc.block_count);
+    nsdf_block_add_levels(m, s->active, s->job->u[sl->frame], w->monomials);
     const nsdf_block_batch *b =
         nsdf_block_cache_take(&s->cache, sl->frame, sl->batch, sl->keep, &w->at, radii, s->passes, &w->work, &w->own);
     sl->failed = !b || nsdf_block_batch_forward(&w->work, b, s->passes, &w->at,
-                                                (const float(*)[NSDF_BLOCK_MOST_TERMS])s->monomials,
+                                                (const float(*)[NSDF_BLOCK_MOST_TERMS])w->monomials,
                                                 m->desc.block_count, m->desc.degree) != 0;
     if (sl->failed)
         return;
@@ -190,6 +199,8 @@ static int gather(state *s) {
         const slot *sl = &s->slots[i];
         failed |= sl->failed;
         nsdf_block_scatter_bones(m, s->job->u[sl->frame], sl->bones, s->gradient);
+        nsdf_block_scatter_levels(m, s->job->u[sl->frame], (const float(*)[NSDF_BLOCK_MOST_TERMS])sl->terms,
+                                  s->gradient);
         near += sl->sums.near_error;
         near_count += sl->sums.near_count;
     }
@@ -225,6 +236,8 @@ static int one_step(state *s, double schedule, int rounding) {
         return -1;
     nsdf_block_add_rate(m, s->active, s->job->options->motion_rate, s->gradient);
     nsdf_adam_step(&s->terms, m->values + m->term_offset, s->gradient + m->term_offset, coefficient_rate * schedule);
+    if (m->level_count > 0)
+        nsdf_adam_step(&s->levels, m->values + m->level_offset, s->gradient + m->level_offset, level_rate * schedule);
     nsdf_adam_step(&s->poses, m->values + m->pose_offset, s->gradient + m->pose_offset, pose_rate * schedule);
     return 0;
 }
@@ -243,6 +256,7 @@ static void state_fields(void *fitting, nsdf_fit_state *f) {
     nsdf_state_order(f, &s->order);
     nsdf_state_floats(f, s->model->values, s->model->value_count);
     nsdf_state_adam(f, &s->terms);
+    nsdf_state_adam(f, &s->levels);
     nsdf_state_adam(f, &s->poses);
 }
 

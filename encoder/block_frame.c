@@ -52,10 +52,10 @@ typedef struct {
     float weight[4];
 } knots_at;
 
-static knots_at find_knots(const nsdf_block_model *m, double u) {
+static knots_at find_knots(uint32_t knots, double u) {
     knots_at k = {0, 1, {1.0f, 0.0f, 0.0f, 0.0f}};
-    if (m->knots > 0) {
-        k.first = nsdf_spline_weights(u, m->knots, k.weight);
+    if (knots > 0) {
+        k.first = nsdf_spline_weights(u, knots, k.weight);
         k.count = 4;
     }
     return k;
@@ -63,7 +63,7 @@ static knots_at find_knots(const nsdf_block_model *m, double u) {
 
 static void compose_bones(nsdf_block_frame *frame, const nsdf_block_model *m, const float *values, double u) {
     const size_t plane = 12 * (size_t)m->desc.bone_count;
-    const knots_at k = find_knots(m, u);
+    const knots_at k = find_knots(m->knots, u);
     memset(frame->bones, 0, plane * sizeof *frame->bones);
     for (size_t j = 0; j < k.count; j++) {
         const float *control = values + m->pose_offset + (k.first + j) * plane;
@@ -118,7 +118,7 @@ void nsdf_block_sum_bones(const nsdf_block_model *m, const float (*gradient)[12]
 
 void nsdf_block_scatter_bones(const nsdf_block_model *m, double u, const float *bones, float *value_gradient) {
     const size_t plane = 12 * (size_t)m->desc.bone_count;
-    const knots_at k = find_knots(m, u);
+    const knots_at k = find_knots(m->knots, u);
     for (size_t j = 0; j < k.count; j++) {
         float *control = value_gradient + m->pose_offset + (k.first + j) * plane;
         for (size_t i = 0; i < plane; i++)
@@ -162,6 +162,7 @@ void nsdf_block_frame_compose(nsdf_block_frame *frame, const nsdf_block_model *m
     nsdf_block_frame_pose(frame, model, values, u);
     for (uint32_t k = 0; k < model->desc.block_count; k++)
         nsdf_block_get_monomials(model, values, k, frame->terms[k]);
+    nsdf_block_add_levels(model, values, u, frame->terms);
 }
 
 /* ---- Polynomials ----------------------------------------------------------------------------------------- */
@@ -178,7 +179,7 @@ void nsdf_block_get_monomials(const nsdf_block_model *m, const float *values, ui
     uint32_t n = 0;
     for (uint32_t d = 0; d <= m->desc.degree; d++)
         for (uint32_t i = 0; i < nsdf_degree_terms(d); i++)
-            monomials[n++] = values[nsdf_block_degree_offset(m, block, d) + i];
+            monomials[n++] = d == 0 && m->level_knots > 0 ? 0.0f : values[nsdf_block_degree_offset(m, block, d) + i];
     for (size_t i = 0; i < sizeof lower / sizeof *lower && lower[i].of < n; i++)
         monomials[lower[i].from] += lower[i].factor * monomials[lower[i].of];
 }
@@ -188,10 +189,32 @@ void nsdf_block_add_gradient(const nsdf_block_model *m, uint32_t block, const fl
     memcpy(g, monomials, m->terms * sizeof *g);
     for (size_t i = 0; i < sizeof lower / sizeof *lower && lower[i].of < m->terms; i++)
         g[lower[i].of] += lower[i].factor * g[lower[i].from];
-    uint32_t n = 0;
-    for (uint32_t d = 0; d <= m->desc.degree; d++)
+    uint32_t n = m->level_knots > 0 ? 1 : 0;
+    for (uint32_t d = n; d <= m->desc.degree; d++)
         for (uint32_t i = 0; i < nsdf_degree_terms(d); i++)
             gradient[nsdf_block_degree_offset(m, block, d) + i] += g[n++];
+}
+
+void nsdf_block_add_levels(const nsdf_block_model *m, const float *values, double u,
+                           float (*monomials)[NSDF_BLOCK_MOST_TERMS]) {
+    const uint32_t blocks = m->desc.block_count;
+    const knots_at k = find_knots(m->level_knots, u);
+    for (size_t j = 0; m->level_knots > 0 && j < k.count; j++) {
+        const float *control = values + m->level_offset + (k.first + j) * blocks;
+        for (uint32_t b = 0; b < blocks; b++)
+            monomials[b][0] += k.weight[j] * control[b];
+    }
+}
+
+void nsdf_block_scatter_levels(const nsdf_block_model *m, double u, const float (*monomials)[NSDF_BLOCK_MOST_TERMS],
+                               float *gradient) {
+    const uint32_t blocks = m->desc.block_count;
+    const knots_at k = find_knots(m->level_knots, u);
+    for (size_t j = 0; m->level_knots > 0 && j < k.count; j++) {
+        float *control = gradient + m->level_offset + (k.first + j) * blocks;
+        for (uint32_t b = 0; b < blocks; b++)
+            control[b] += k.weight[j] * monomials[b][0];
+    }
 }
 
 void nsdf_block_basis(uint32_t degree, const float u[3], float *basis) {

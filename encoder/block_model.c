@@ -51,7 +51,7 @@ static double life_step(const double *u, uint32_t frames) {
 }
 
 static void describe(nsdf_block_model *m, const nsdf_motion *motion, const nsdf_bones *bones, const double *u,
-                     uint32_t degree, double knot_spacing, const nsdf_block_steps *steps) {
+                     uint32_t degree, double knot_spacing, double level_spacing, const nsdf_block_steps *steps) {
     nsdf_blocks_desc *d = &m->desc;
     d->block_count = motion->block_count;
     d->bone_count = bones->bone_count;
@@ -59,7 +59,8 @@ static void describe(nsdf_block_model *m, const nsdf_motion *motion, const nsdf_
     d->degree = degree;
     d->list.entropy = NSDF_ENTROPY_RANGE;
     m->knots = knot_count(knot_spacing, motion->frame_count);
-    nsdf_blocks_layout(d, m->knots);
+    m->level_knots = level_spacing > 0.0 && degree > 0 ? knot_count(level_spacing, motion->frame_count) : 0;
+    nsdf_blocks_layout(d, m->knots, m->level_knots);
     set_quantiser(d, NSDF_BLOCK_CENTRES, (double)rest_step);
     set_quantiser(d, NSDF_BLOCK_RADII, (double)motion->radius);
     d->fade = (float)largest_gap(u, motion->frame_count);
@@ -71,9 +72,13 @@ static void describe(nsdf_block_model *m, const nsdf_motion *motion, const nsdf_
     m->value_count = (size_t)nsdf_parameter_count(&d->list);
     m->pose_offset = nsdf_block_offset(d, NSDF_BLOCK_POSES);
     m->pose_count = (size_t)nsdf_array_size(&d->list.tensors[NSDF_BLOCK_POSES].arrays[0]);
-    m->term_offset = nsdf_block_offset(d, NSDF_BLOCK_COEFFICIENTS);
+    m->level_offset = nsdf_block_offset(d, NSDF_BLOCK_COEFFICIENTS);
+    m->level_count = (size_t)m->level_knots * d->block_count;
+    m->term_offset = m->level_offset + m->level_count;
     m->term_count = m->value_count - m->term_offset;
-    m->terms = (uint32_t)(m->term_count / d->block_count);
+    m->terms = 0;
+    for (uint32_t n = 0; n <= degree; n++)
+        m->terms += nsdf_degree_terms(n);
 }
 
 static float rounded(float x, const nsdf_array_desc *a) {
@@ -250,9 +255,10 @@ static int fill_influences(nsdf_block_model *m) {
 }
 
 int nsdf_block_model_create(nsdf_block_model *model, const nsdf_motion *motion, const nsdf_bones *bones,
-                            const double *u, uint32_t degree, double knot_spacing, const nsdf_block_steps *steps) {
+                            const double *u, uint32_t degree, double knot_spacing, double level_spacing,
+                            const nsdf_block_steps *steps) {
     memset(model, 0, sizeof *model);
-    describe(model, motion, bones, u, degree, knot_spacing, steps);
+    describe(model, motion, bones, u, degree, knot_spacing, level_spacing, steps);
     model->values = calloc(model->value_count, sizeof *model->values);
     if (!model->values)
         return -1;

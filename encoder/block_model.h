@@ -18,10 +18,11 @@ typedef struct nsdf_block_model {
     nsdf_blocks_desc desc;
     float *values; /* parameters in the order of the file */
     size_t value_count;
-    size_t pose_offset, pose_count; /* of the poses among the values: [knots][bone][12] */
-    size_t term_offset, term_count; /* of the coefficients: [degree][block][terms of the degree] */
-    uint32_t terms;                 /* of a block, all degrees */
-    uint32_t knots;
+    size_t pose_offset, pose_count;   /* of the poses among the values: [knots][bone][12] */
+    size_t level_offset, level_count; /* of the coefficients of degree 0 that move: [level_knots][block]; or none */
+    size_t term_offset, term_count;   /* of the coefficients that do not move: [degree][block][terms of the degree] */
+    uint32_t terms;                   /* of a block, all degrees */
+    uint32_t knots, level_knots;      /* of the poses and of the levels; 0 = they do not move */
     nsdf_block_influence *influences; /* [block][desc.influences], from the values that are not fitted */
 } nsdf_block_model;
 
@@ -29,11 +30,13 @@ typedef struct nsdf_block_steps {
     double pose, coefficient; /* quantiser steps, normalised */
 } nsdf_block_steps;
 
-/* Shapes the part for bones found in a motion, with a control point every `knot_spacing` of the u's frames, and fills
- * all values but the coefficients, which are 0.  Everything but poses and coefficients is rounded as the file will hold
+/* Shapes the part for bones found in a motion, with a control point every `knot_spacing` of the u's frames, and one
+ * of the coefficients of degree 0 every `level_spacing` (0 = none, they do not move), and fills all values but the
+ * coefficients, which are 0.  Everything but poses and coefficients is rounded as the file will hold
  * it.  u[frame_count] ascends from 0 to 1.  Returns 0, or -1 when memory ran out. */
 int nsdf_block_model_create(nsdf_block_model *model, const nsdf_motion *motion, const nsdf_bones *bones,
-                            const double *u, uint32_t degree, double knot_spacing, const nsdf_block_steps *steps);
+                            const double *u, uint32_t degree, double knot_spacing, double level_spacing,
+                            const nsdf_block_steps *steps);
 void nsdf_block_model_free(nsdf_block_model *model);
 
 /* Returns 0, or -1 when memory ran out. */
@@ -48,16 +51,26 @@ void nsdf_block_model_round(const nsdf_block_model *model, const float *values, 
 /* Whether a block is there at time u, at least by half. */
 int nsdf_block_alive(const nsdf_block_model *model, uint32_t block, double u);
 
-/* Where a block's coefficients of a degree lie among the values. */
+/* Where a block's coefficients of a degree lie among the values; those of degree 0 at the first control point. */
 static inline size_t nsdf_block_degree_offset(const nsdf_block_model *model, uint32_t block, uint32_t degree) {
+    const size_t blocks = model->desc.block_count;
     const size_t below = degree * (degree + 1) * (degree + 2) / 6; /* terms of lower degrees */
-    return model->term_offset + model->desc.block_count * below + (size_t)block * nsdf_degree_terms(degree);
+    const size_t levels =
+        degree > 0 && model->level_count > 0 ? model->level_count - blocks : 0; /* more than one each */
+    return model->level_offset + levels + blocks * below + (size_t)block * nsdf_degree_terms(degree);
 }
 
 /* A block's coefficients, for products of P_0 to P_3 (decoder/blocks_compose.c), to those of monomials, both by degree
  * and within it in the order of the file; and a gradient the other way. */
 void nsdf_block_get_monomials(const nsdf_block_model *model, const float *values, uint32_t block, float *monomials);
 void nsdf_block_add_gradient(const nsdf_block_model *model, uint32_t block, const float *monomials, float *gradient);
+
+/* Where coefficients of degree 0 (levels) move, the two above leave them out; these add those of one time to all
+ * blocks' monomials ([block]), and a time's gradient of the monomials to that of the values. */
+void nsdf_block_add_levels(const nsdf_block_model *model, const float *values, double u,
+                           float (*monomials)[NSDF_BLOCK_MOST_TERMS]);
+void nsdf_block_scatter_levels(const nsdf_block_model *model, double u, const float (*monomials)[NSDF_BLOCK_MOST_TERMS],
+                               float *gradient);
 
 /* ---- One time -------------------------------------------------------------------------------------------- */
 

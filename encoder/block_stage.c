@@ -19,10 +19,10 @@ nsdf_encoder_options nsdf_block_options(const nsdf_encoder_options *options) {
 
 /* Control points are counted in frames of the sequence; where frames were left out, one for each that is there is the
  * most that they can tell. */
-static double knot_spacing(const nsdf_fit_job *job) {
+static double knot_spacing(const nsdf_fit_job *job, double frames) {
     const double gaps = (double)job->frame_count - 1.0, nominal = (double)job->header->frame_count - 1.0;
-    const double spacing = nominal > 0.0 ? job->options->block_knot_spacing * gaps / nominal : 1.0;
-    return gaps < nominal && spacing < 1.0 ? 1.0 : spacing;
+    const double spacing = nominal > 0.0 ? frames * gaps / nominal : 1.0;
+    return gaps < nominal && frames > 0.0 && spacing < 1.0 ? 1.0 : spacing;
 }
 
 static int start_model(const nsdf_fit_job *job, nsdf_motion *motion, nsdf_block_model *model) {
@@ -32,8 +32,10 @@ static int start_model(const nsdf_fit_job *job, nsdf_motion *motion, nsdf_block_
     nsdf_block_frame scratch;
     if (nsdf_bones_fit(&bones, motion, o->bones, job->workers) != 0)
         return -1;
-    int failed = nsdf_order_blocks(motion, &bones) != 0 ||
-                 nsdf_block_model_create(model, motion, &bones, job->u, o->block_degree, knot_spacing(job), &steps);
+    int failed =
+        nsdf_order_blocks(motion, &bones) != 0 ||
+        nsdf_block_model_create(model, motion, &bones, job->u, o->block_degree,
+                                knot_spacing(job, o->block_knot_spacing), knot_spacing(job, o->level_spacing), &steps);
     nsdf_bones_free(&bones);
     if (failed)
         return -1;
@@ -155,6 +157,8 @@ int nsdf_weigh_blocks(const nsdf_block_model *model, nsdf_block_bytes *bytes) {
             bytes->influences += size;
         else if (t <= NSDF_BLOCK_POSES)
             bytes->motion += size;
+        else if (t == NSDF_BLOCK_COEFFICIENTS && model->level_knots > 0)
+            bytes->levels += size;
         else
             bytes->shapes += size;
     }

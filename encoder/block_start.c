@@ -85,6 +85,8 @@ static void start_block(void *data, uint32_t block, uint32_t worker) {
     for (uint32_t d = 0; d <= m->desc.degree; d++)
         for (uint32_t i = 0; i < nsdf_degree_terms(d); i++)
             m->values[nsdf_block_degree_offset(m, block, d) + i] = (float)right[a++];
+    for (uint32_t k = 1; k < m->level_knots; k++)
+        m->values[m->level_offset + (size_t)k * m->desc.block_count + block] = (float)right[0];
 }
 
 typedef struct {

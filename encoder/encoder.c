@@ -117,6 +117,10 @@ nsdf_status nsdf_encoder_set_checkpoint(nsdf_encoder *encoder, double seconds, n
     if (!(seconds >= 0.0))
         return nsdf_encoder_fail(error, NSDF_INVALID_ARGUMENT, "%g seconds between checkpoints, expected 0 or more",
                                  seconds);
+    const nsdf_encoder_options *o = &encoder->options;
+    if (o->target_size > 0 || o->target_bitrate > 0.0 || o->target_error > 0.0)
+        return nsdf_encoder_fail(error, NSDF_INVALID_ARGUMENT,
+                                 "checkpoints are not made of fits to a size, a bitrate or an error");
     encoder->checkpoint.save = save;
     encoder->checkpoint.user = user;
     encoder->checkpoint.seconds = seconds;
@@ -195,6 +199,7 @@ static nsdf_fit_job fit_job(run *r) {
                         r->progress,
                         r->user,
                         r->start,
+                        NULL,
                         NULL};
     return job;
 }

@@ -26,10 +26,11 @@ static nsdf_encoder_options common_options(void) {
     o.fourier_features = 20; /* five per input value, as in thesis chapter 8 */
     o.fourier_sigma = sqrt(3.0);
     o.blocks = 1000;
-    o.bones = 60;
+    o.bones = 52;
     o.block_degree = 2;
     o.block_overlap = 5.0;
     o.block_knot_spacing = 2.0;
+    o.level_spacing = 12.0;
     o.pose_step = 1.5e-4;
     o.coefficient_step = 3e-4;
     o.motion_rate = 3e-5;
@@ -74,7 +75,7 @@ static void thesis_options(nsdf_encoder_options *o) {
 void nsdf_encoder_options_init(nsdf_encoder_options *options, nsdf_preset preset) {
     nsdf_encoder_options o = common_options();
     o.steps = 7000;
-    o.block_steps = 8000;
+    o.block_steps = 10000;
     if (preset == NSDF_PRESET_FAST) {
         o.knot_spacing = 6.0;
         o.weight_bits = 10.5;
@@ -83,21 +84,23 @@ void nsdf_encoder_options_init(nsdf_encoder_options *options, nsdf_preset preset
     }
     if (preset == NSDF_PRESET_MEDIUM) {
         o.steps = 40000;
-        o.blocks = 1200;
-        o.bones = 120;
-        o.block_steps = 36000;
-        o.pose_step = 1e-4;
-        o.coefficient_step = 2e-4;
-        o.motion_rate = 1e-5;
+        o.blocks = 1400;
+        o.bones = 95;
+        o.block_steps = 60000;
+        o.level_spacing = 8.0;
+        o.pose_step = 1.1e-4;
+        o.coefficient_step = 2.5e-4;
+        o.motion_rate = 2e-5;
     }
     if (preset == NSDF_PRESET_SLOW) {
         o.steps = 100000;
-        o.blocks = 3000;
-        o.bones = 160;
+        o.blocks = 2600;
+        o.bones = 180;
         o.block_steps = 150000;
+        o.level_spacing = 6.0;
         o.pose_step = 7e-5;
-        o.coefficient_step = 1e-4;
-        o.motion_rate = 4e-6;
+        o.coefficient_step = 1.5e-4;
+        o.motion_rate = 6e-6;
         o.width = 128;
         o.learning_rate = 1e-3;
     }
@@ -140,6 +143,7 @@ static nsdf_status check_model(const nsdf_encoder_options *o, nsdf_encoder_error
         {"overlap of the blocks", o->block_overlap, 1, 20},
         {"radius of the blocks", o->block_radius, 0, 0.5},
         {"knot spacing of the blocks", o->block_knot_spacing, 0.25, 1e6},
+        {"spacing of the levels", o->level_spacing, 0.0, 1e6},
         {"pose step", o->pose_step, 1e-7, 0.1},
         {"motion rate", o->motion_rate, 0, 1},
         {"coefficient step", o->coefficient_step, 1e-7, 0.1},

@@ -4,7 +4,8 @@
 #include <stdlib.h>
 
 int nsdf_adam_create(nsdf_adam *adam, size_t count) {
-    nsdf_adam a = {calloc(count, sizeof(float)), calloc(count, sizeof(float)), count, 0.9f, 0.99f, 1e-8f, 0};
+    const size_t room = count > 0 ? count : 1;
+    nsdf_adam a = {calloc(room, sizeof(float)), calloc(room, sizeof(float)), count, 0.9f, 0.99f, 1e-8f, 0};
     *adam = a;
     if (a.mean && a.square)
         return 0;

@@ -35,6 +35,7 @@ static const nsdf_option_field fields[] = {
     FIELD("overlap of the blocks", block_overlap, 1),
     FIELD("radius of the blocks", block_radius, 1),
     FIELD("knot spacing of the blocks", block_knot_spacing, 1),
+    FIELD("spacing of the levels", level_spacing, 1),
     FIELD("pose step", pose_step, 1),
     FIELD("coefficient step", coefficient_step, 1),
     FIELD("motion rate", motion_rate, 1),
@@ -47,6 +48,7 @@ static const nsdf_option_field fields[] = {
     FIELD("SDF normalisation", sdf_norm, 1),
     FIELD("shell", shell, 1),
     FIELD("hard samples", hard_samples, 1),
+    FIELD("optimiser", optimiser, 1),
     FIELD("loss", loss, 1),
     FIELD("loss d0", loss_d0, 1),
     FIELD("loss delta", loss_delta, 1),
@@ -54,7 +56,6 @@ static const nsdf_option_field fields[] = {
     FIELD("steps", steps, 1),
     FIELD("batch frames", batch_frames, 1),
     FIELD("batch points", batch_points, 1),
-    FIELD("optimiser", optimiser, 1),
     FIELD("learning rate", learning_rate, 1),
     FIELD("weight bits", weight_bits, 1),
     FIELD("quantisation-aware fitting", quantise_aware, 1),
@@ -62,6 +63,9 @@ static const nsdf_option_field fields[] = {
     FIELD("resolution", resolution, 0),
     FIELD("smallest piece", smallest_piece, 0),
     FIELD("verification", verify, 0),
+    FIELD("target size", target_size, 1),
+    FIELD("target bitrate", target_bitrate, 1),
+    FIELD("target error", target_error, 1),
 };
 enum { FIELDS = sizeof fields / sizeof *fields };
 

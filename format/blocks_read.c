@@ -23,7 +23,13 @@ static void read_front(nsdf_cursor *c, nsdf_blocks_desc *d) {
     nsdf_cursor_expect(c, d->fade >= 0.0f && d->fade <= 1.0f, c->at - 4, "fade outside 0 to 1");
 }
 
-/* Poses move in time, as constants or splines; low-rank tensors have no use here. */
+/* Moves in time or does not; low-rank tensors have no use here. */
+static void read_moving(nsdf_cursor *c, nsdf_tensor_desc *t, uint32_t rows, uint32_t cols, const char *what) {
+    const size_t at = c->at;
+    nsdf_read_tensor(c, t, rows, cols, 0);
+    nsdf_cursor_expect(c, t->kind != NSDF_TENSOR_LOW_RANK, at, what);
+}
+
 static void read_tensors(nsdf_cursor *c, nsdf_blocks_desc *d) {
     const uint32_t k = d->block_count, b = d->bone_count;
     nsdf_tensor_desc *t = d->list.tensors;
@@ -34,11 +40,10 @@ static void read_tensors(nsdf_cursor *c, nsdf_blocks_desc *d) {
     nsdf_read_tensor(c, &t[NSDF_BLOCK_BONES], k, d->influences, 1);
     nsdf_read_tensor(c, &t[NSDF_BLOCK_WEIGHTS], k, d->influences, 1);
     nsdf_read_tensor(c, &t[NSDF_BLOCK_ANCHORS], b, 4, 1);
-    size_t at = c->at;
-    nsdf_read_tensor(c, &t[NSDF_BLOCK_POSES], b, 12, 0);
-    nsdf_cursor_expect(c, t[NSDF_BLOCK_POSES].kind != NSDF_TENSOR_LOW_RANK, at, "poses that are a low-rank tensor");
+    read_moving(c, &t[NSDF_BLOCK_POSES], b, 12, "poses that are a low-rank tensor");
     for (uint32_t degree = 0; degree <= d->degree && c->status == NSDF_PARSE_OK; degree++)
-        nsdf_read_tensor(c, &t[NSDF_BLOCK_COEFFICIENTS + degree], k, nsdf_degree_terms(degree), 1);
+        read_moving(c, &t[NSDF_BLOCK_COEFFICIENTS + degree], k, nsdf_degree_terms(degree),
+                    "coefficients that are a low-rank tensor");
 }
 
 nsdf_parse nsdf_read_blocks_desc(const uint8_t *part, size_t size, nsdf_blocks_desc *desc, size_t *coded_offset,

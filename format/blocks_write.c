@@ -10,7 +10,7 @@ static void lay_out(nsdf_tensor_desc *t, uint32_t rows, uint32_t cols, uint32_t 
     nsdf_tensor_layout(t);
 }
 
-void nsdf_blocks_layout(nsdf_blocks_desc *desc, uint32_t knots) {
+void nsdf_blocks_layout(nsdf_blocks_desc *desc, uint32_t knots, uint32_t level_knots) {
     const uint32_t k = desc->block_count, b = desc->bone_count;
     nsdf_tensor_desc *t = desc->list.tensors;
     desc->list.count = NSDF_BLOCK_COEFFICIENTS + desc->degree + 1;
@@ -22,7 +22,7 @@ void nsdf_blocks_layout(nsdf_blocks_desc *desc, uint32_t knots) {
     lay_out(&t[NSDF_BLOCK_ANCHORS], b, 4, 0);
     lay_out(&t[NSDF_BLOCK_POSES], b, 12, knots);
     for (uint32_t d = 0; d <= desc->degree; d++)
-        lay_out(&t[NSDF_BLOCK_COEFFICIENTS + d], k, nsdf_degree_terms(d), 0);
+        lay_out(&t[NSDF_BLOCK_COEFFICIENTS + d], k, nsdf_degree_terms(d), d == 0 ? level_knots : 0);
 }
 
 /* The description is read back, as a network's is. */

@@ -6,7 +6,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
-enum { NSDF_FORMAT_MAJOR = 0, NSDF_FORMAT_MINOR = 3 };
+enum { NSDF_FORMAT_MAJOR = 0, NSDF_FORMAT_MINOR = 4 };
 
 enum {
     NSDF_PREAMBLE_SIZE = 16,     /* signature, version, CRC */
@@ -158,7 +158,7 @@ enum {
     NSDF_BLOCK_WEIGHTS,     /* [K][influences] */
     NSDF_BLOCK_ANCHORS,     /* [B][4]: a bone's centre at rest and its extent > 0 */
     NSDF_BLOCK_POSES,       /* [B][12], in time: rows of [extent * M | position of the centre] */
-    NSDF_BLOCK_COEFFICIENTS /* [K][(d + 1)(d + 2) / 2] for each d from 0 to the degree */
+    NSDF_BLOCK_COEFFICIENTS /* [K][(d + 1)(d + 2) / 2] for each d from 0 to the degree, in time */
 };
 
 typedef struct nsdf_blocks_desc {

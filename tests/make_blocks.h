@@ -96,11 +96,11 @@ static inline void make_quantised(nsdf_array_desc *array, float step, int32_t *q
 }
 
 /* Fills the tensors of a description whose counts, degree, fade and back end are set; poses have `knots` control
- * points, or are constant with 0.  Arrays of tensor t are raw if bit t of `raw` is set.  *q is for the writer, *values
- * as a decoder sees them; both are to be freed. */
-static inline void make_blocks(nsdf_blocks_desc *desc, uint32_t knots, int shape, uint32_t raw, uint64_t *random,
-                               int32_t **q, float **values) {
-    nsdf_blocks_layout(desc, knots);
+ * points, coefficients of degree 0 `level_knots`, or are constant with 0.  Arrays of tensor t are raw if bit t of `raw`
+ * is set.  *q is for the writer, *values as a decoder sees them; both are to be freed. */
+static inline void make_blocks(nsdf_blocks_desc *desc, uint32_t knots, uint32_t level_knots, int shape, uint32_t raw,
+                               uint64_t *random, int32_t **q, float **values) {
+    nsdf_blocks_layout(desc, knots, level_knots);
     const size_t count = (size_t)nsdf_parameter_count(&desc->list);
     *q = malloc(count * sizeof **q);
     *values = malloc(count * sizeof **values);
@@ -112,8 +112,9 @@ static inline void make_blocks(nsdf_blocks_desc *desc, uint32_t knots, int shape
         if (t == NSDF_BLOCK_POSES)
             make_poses(desc, *values + nsdf_block_offset(desc, NSDF_BLOCK_ANCHORS), shape != MAKE_SMOOTH, random, out);
         else
-            for (uint32_t i = 0; i < tensor->rows * tensor->cols; i++)
-                out[i] = (float)make_block_value(desc, shape, t, i / tensor->cols, i % tensor->cols, random);
+            for (uint32_t i = 0; i < tensor->arrays[0].planes * tensor->rows * tensor->cols; i++)
+                out[i] =
+                    (float)make_block_value(desc, shape, t, i / tensor->cols % tensor->rows, i % tensor->cols, random);
         make_quantised(&tensor->arrays[0],
                        raw >> t & 1            ? 0.0f
                        : t == NSDF_BLOCK_BONES ? 1.0f
@@ -188,14 +189,14 @@ static inline double reference_power(uint32_t degree, double t) {
     return pow(t, degree) - (degree >= 2 ? lower[degree] * pow(t, degree - 2.0) : 0.0);
 }
 
-static inline double reference_polynomial(const nsdf_blocks_desc *desc, const float *values, uint32_t block,
+static inline double reference_polynomial(const nsdf_blocks_desc *desc, const float *values, uint32_t block, double u,
                                           const double p[3]) {
     double sum = 0.0;
     for (uint32_t d = 0; d <= desc->degree; d++) {
         uint32_t col = 0;
         for (uint32_t a = d + 1; a-- > 0;)
             for (uint32_t b = d - a + 1; b-- > 0;)
-                sum += reference_block_value(desc, values, NSDF_BLOCK_COEFFICIENTS + d, block, col++, 0.0) *
+                sum += reference_block_value(desc, values, NSDF_BLOCK_COEFFICIENTS + d, block, col++, u) *
                        reference_power(a, p[0]) * reference_power(b, p[1]) * reference_power(d - a - b, p[2]);
     }
     return sum;
@@ -213,13 +214,14 @@ static inline double reference_life(const nsdf_blocks_desc *desc, const float *v
 }
 
 /* The slope of a polynomial at 0, by differences that are exact for cubic ones. */
-static inline void reference_slope(const nsdf_blocks_desc *desc, const float *values, uint32_t block, double g[3]) {
+static inline void reference_slope(const nsdf_blocks_desc *desc, const float *values, uint32_t block, double u,
+                                   double g[3]) {
     for (int axis = 0; axis < 3; axis++) {
         double at[4]; /* -2h, -h, h, 2h */
         for (int i = 0; i < 4; i++) {
             double p[3] = {0.0, 0.0, 0.0};
             p[axis] = (i < 2 ? i - 2 : i - 1) * 0.25;
-            at[i] = reference_polynomial(desc, values, block, p);
+            at[i] = reference_polynomial(desc, values, block, u, p);
         }
         g[axis] = (8.0 * (at[2] - at[1]) - (at[3] - at[0])) / (12.0 * 0.25);
     }
@@ -231,7 +233,7 @@ static inline double reference_wind(const nsdf_blocks_desc *desc, const float *v
                                     const double m[3][4], const double xyz[3]) {
     const double radius = reference_block_value(desc, values, NSDF_BLOCK_RADII, block, 0, u);
     double g[3], sum = 0.0, square = 1e-12;
-    reference_slope(desc, values, block, g);
+    reference_slope(desc, values, block, u, g);
     const double length = sqrt(g[0] * g[0] + g[1] * g[1] + g[2] * g[2]);
     for (int i = 0; i < 3; i++) {
         const int p = (i + 1) % 3, q = (i + 2) % 3;
@@ -276,7 +278,7 @@ static inline double reference_blocks(const nsdf_blocks_desc *desc, const float 
         const double square = p[0] * p[0] + p[1] * p[1] + p[2] * p[2];
         const double weight = square < 1.0 ? life * (1.0 - square) * (1.0 - square) : 0.0;
         if (weight > 0.0)
-            total += weight * reference_polynomial(desc, values, k, p);
+            total += weight * reference_polynomial(desc, values, k, u, p);
         weights += weight;
     }
     return weights > 0.0 ? total / weights : reference_outside(desc, values, u, xyz);

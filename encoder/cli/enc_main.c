@@ -122,10 +122,11 @@ static void summarise(const enc_options *o, const nsdf_encoder_stats *s) {
     nsdf_cli_verbose("%llu parameters, %llu steps, extraction bound %.2f", (unsigned long long)s->parameters,
                      (unsigned long long)s->steps, s->bound);
     if (s->blocks)
-        nsdf_cli_verbose("%u blocks, %u bones; bytes of places %llu, influences %llu, motion %llu, shapes %llu",
+        nsdf_cli_verbose("%u blocks, %u bones; bytes of places %llu, influences %llu, motion %llu, levels %llu, "
+                         "shapes %llu",
                          s->blocks, s->bones, (unsigned long long)s->block_bytes.places,
                          (unsigned long long)s->block_bytes.influences, (unsigned long long)s->block_bytes.motion,
-                         (unsigned long long)s->block_bytes.shapes);
+                         (unsigned long long)s->block_bytes.levels, (unsigned long long)s->block_bytes.shapes);
     nsdf_cli_verbose("sampling %.1f s, fitting %.1f s, coding %.1f s, verifying %.1f s", s->seconds_sample,
                      s->seconds_fit, s->seconds_code, s->seconds_verify);
     nsdf_cli_say("%s: %u frame%s in %llu bytes (%.0f a frame), %.0f s", o->output, s->nominal_frames,

@@ -54,6 +54,7 @@ static const char help_text[] =
     "      --blocks K           how many; 0 = the network\n"
     "      --block-overlap F    how many hold a point of the surface; or --block-radius F, fraction of the diagonal\n"
     "      --bones N            that move them;  --block-knot-spacing F  frames per control point of their motion\n"
+    "      --level-spacing F    frames per control point of the blocks' levels, 0 = they do not move\n"
     "      --block-degree D     of the blocks' polynomials, 0 to 3\n"
     "      --pose-step F        quantiser step of the motion;  --coefficient-step F  of the polynomials\n"
     "      --motion-rate F      error that a bit for each number of the motion is worth\n"
@@ -112,6 +113,7 @@ enum {
     OPT_BLOCK_RADIUS,
     OPT_BONES,
     OPT_BLOCK_KNOT_SPACING,
+    OPT_LEVEL_SPACING,
     OPT_BLOCK_DEGREE,
     OPT_POSE_STEP,
     OPT_MOTION_RATE,
@@ -177,6 +179,7 @@ static const struct option long_options[] = {
     {"block-radius", required_argument, NULL, OPT_BLOCK_RADIUS},
     {"bones", required_argument, NULL, OPT_BONES},
     {"block-knot-spacing", required_argument, NULL, OPT_BLOCK_KNOT_SPACING},
+    {"level-spacing", required_argument, NULL, OPT_LEVEL_SPACING},
     {"block-degree", required_argument, NULL, OPT_BLOCK_DEGREE},
     {"pose-step", required_argument, NULL, OPT_POSE_STEP},
     {"motion-rate", required_argument, NULL, OPT_MOTION_RATE},
@@ -405,6 +408,8 @@ static int apply_blocks(nsdf_encoder_options *e, int code, const char *text) {
         return set_u32(code, text, &e->bones);
     case OPT_BLOCK_KNOT_SPACING:
         return set_double(code, text, &e->block_knot_spacing);
+    case OPT_LEVEL_SPACING:
+        return set_double(code, text, &e->level_spacing);
     case OPT_BLOCK_DEGREE:
         return set_u32(code, text, &e->block_degree);
     case OPT_POSE_STEP:
@@ -564,6 +569,9 @@ static int check_checkpoint(const enc_options *options) {
     const char *name = options->checkpoint;
     if (!name)
         return options->checkpoint_every < 0.0 ? -1 : nsdf_cli_usage_error("--checkpoint-every without --checkpoint");
+    if (options->target)
+        return nsdf_cli_usage_error("--checkpoint and --%s cannot be given together: its fits are not saved",
+                                    option_name(options->target));
     int same = strcmp(name, options->output) == 0 || (options->report && strcmp(name, options->report) == 0);
     for (uint32_t i = 0; i < options->also_count; i++)
         same |= strcmp(name, options->also[i].output) == 0;

@@ -104,10 +104,10 @@ static void put_result(nsdf_cli_file *f, const nsdf_encoder_stats *s, int interr
     if (s->blocks)
         nsdf_cli_file_print(f,
                             "  \"blocks\": {\"count\": %u, \"bones\": %u, \"bytes\": {\"places\": %llu, "
-                            "\"influences\": %llu, \"motion\": %llu, \"shapes\": %llu}},\n",
+                            "\"influences\": %llu, \"motion\": %llu, \"levels\": %llu, \"shapes\": %llu}},\n",
                             s->blocks, s->bones, (unsigned long long)s->block_bytes.places,
                             (unsigned long long)s->block_bytes.influences, (unsigned long long)s->block_bytes.motion,
-                            (unsigned long long)s->block_bytes.shapes);
+                            (unsigned long long)s->block_bytes.levels, (unsigned long long)s->block_bytes.shapes);
     nsdf_cli_file_print(f, "  \"seconds\": {\"sample\": %.3f, \"fit\": %.3f, \"code\": %.3f, \"verify\": %.3f},\n",
                         s->seconds_sample, s->seconds_fit, s->seconds_code, s->seconds_verify);
     nsdf_cli_file_print(f, "  \"quality\": ");

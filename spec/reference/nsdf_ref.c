@@ -130,8 +130,8 @@ static void read_preamble(reader *r) {
     take(r, 1);
     if (ref_take_uint(r, 4) != crc32_of(r->data, 12))
         fail(r->ctx, REF_CHECKSUM, "the CRC of the preamble differs");
-    if (minor != 3)
-        fail(r->ctx, REF_UNSUPPORTED_VERSION, "the minor version is not 3");
+    if (minor != 4)
+        fail(r->ctx, REF_UNSUPPORTED_VERSION, "the minor version is not 4");
 }
 
 /* Section 5. */

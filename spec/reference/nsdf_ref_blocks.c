@@ -4,6 +4,12 @@
 
 /* Section 10.6. */
 
+static ref_tensor read_moving(ref_reader *r, ref_part *part, uint32_t rows, uint32_t cols) {
+    const ref_tensor t = ref_read_tensor(r, part, rows, cols);
+    ref_demand(r, t.kind <= 1, "poses or coefficients are neither constant nor spline");
+    return t;
+}
+
 static ref_tensor read_constant(ref_reader *r, ref_part *part, uint32_t rows, uint32_t cols) {
     const ref_tensor t = ref_read_tensor(r, part, rows, cols);
     ref_demand(r, t.kind == 0, "a tensor of blocks is not constant");
@@ -30,10 +36,9 @@ void ref_read_blocks(ref_reader *r, ref_part *part) {
     b->bones = read_constant(r, part, b->block_count, b->influences);
     b->weights = read_constant(r, part, b->block_count, b->influences);
     b->anchors = read_constant(r, part, b->bone_count, 4);
-    b->poses = ref_read_tensor(r, part, b->bone_count, 12);
-    ref_demand(r, b->poses.kind <= 1, "poses are neither constant nor spline");
+    b->poses = read_moving(r, part, b->bone_count, 12);
     for (uint32_t d = 0; d <= b->degree; d++)
-        b->coefficients[d] = read_constant(r, part, b->block_count, (d + 1) * (d + 2) / 2);
+        b->coefficients[d] = read_moving(r, part, b->block_count, (d + 1) * (d + 2) / 2);
 }
 
 static double constant(const ref_tensor *t, uint32_t row, uint32_t col) {
@@ -148,12 +153,13 @@ static double base(uint32_t degree, double t) {
     }
 }
 
-static double polynomial(const ref_blocks *b, uint32_t k, const double p[3]) {
+static double polynomial(const ref_blocks *b, uint32_t k, double u, const double p[3]) {
     double sum = 0.0;
     for (uint32_t d = 0; d <= b->degree; d++)
         for (uint32_t i = 0, col = 0; i <= d; i++)
             for (uint32_t j = 0; j <= i; j++, col++) /* degrees d - i, i - j and j */
-                sum += constant(&b->coefficients[d], k, col) * base(d - i, p[0]) * base(i - j, p[1]) * base(j, p[2]);
+                sum +=
+                    ref_element(&b->coefficients[d], k, col, u) * base(d - i, p[0]) * base(i - j, p[1]) * base(j, p[2]);
     return sum;
 }
 
@@ -162,12 +168,12 @@ static const double base_at_0[4] = {1.0, 0.0, -1.0 / 9.0, 0.0};
 static const double slope_at_0[4] = {0.0, 1.0, 0.0, -3.0 / 11.0};
 
 /* g_k */
-static void gradient_at_0(const ref_blocks *b, uint32_t k, double g[3]) {
+static void gradient_at_0(const ref_blocks *b, uint32_t k, double u, double g[3]) {
     g[0] = g[1] = g[2] = 0.0;
     for (uint32_t d = 0; d <= b->degree; d++)
         for (uint32_t i = 0, col = 0; i <= d; i++)
             for (uint32_t j = 0; j <= i; j++, col++) {
-                const double c = constant(&b->coefficients[d], k, col);
+                const double c = ref_element(&b->coefficients[d], k, col, u);
                 g[0] += c * slope_at_0[d - i] * base_at_0[i - j] * base_at_0[j];
                 g[1] += c * base_at_0[d - i] * slope_at_0[i - j] * base_at_0[j];
                 g[2] += c * base_at_0[d - i] * base_at_0[i - j] * slope_at_0[j];
@@ -175,10 +181,10 @@ static void gradient_at_0(const ref_blocks *b, uint32_t k, double g[3]) {
 }
 
 /* The block's term of s. */
-static double wind(const ref_blocks *b, uint32_t k, placed *at, const double x[3]) {
+static double wind(const ref_blocks *b, uint32_t k, double u, placed *at, const double x[3]) {
     const double away[3] = {at->centre[0] - x[0], at->centre[1] - x[1], at->centre[2] - x[2]};
     double g[3], m[3];
-    gradient_at_0(b, k, g);
+    gradient_at_0(b, k, u, g);
     const double length = sqrt(dot(g, g));
     if (!(length > 0.0))
         return 0.0;
@@ -199,7 +205,7 @@ static double outside(const ref_blocks *b, const double x[3], double u) {
             least = dot(away, away);
             size = fmax(sqrt(least) - at.radius / 2.0, at.radius / 4.0);
         }
-        s += wind(b, k, &at, x);
+        s += wind(b, k, u, &at, x);
     }
     return s > 0.5 ? -size : size;
 }
@@ -218,7 +224,7 @@ double ref_evaluate_blocks(const ref_part *part, const double point[3], double u
             const double weight = at.life * pow(1.0 - dot(p, p), 2.0);
             inside = true;
             weights += weight;
-            sum += weight * polynomial(b, k, p);
+            sum += weight * polynomial(b, k, u, p);
         }
     }
     return inside ? sum / weights : outside(b, point, u);

@@ -203,7 +203,7 @@ static void make_blocks_file(made_file *file, nsdf_blocks_desc *blocks, int bad_
     blocks->bone_count = 2;
     blocks->block_count = 8;
     blocks->fade = 0.125f;
-    make_blocks(blocks, 7, MAKE_SMOOTH, 0, &random, &q, &file->values[0]);
+    make_blocks(blocks, 7, 5, MAKE_SMOOTH, 0, &random, &q, &file->values[0]);
     if (bad_bone) {
         const size_t last = nsdf_block_offset(blocks, NSDF_BLOCK_WEIGHTS) - 1;
         q[last] = (int32_t)blocks->bone_count;

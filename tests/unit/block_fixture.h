@@ -2,7 +2,9 @@
 #ifndef BLOCK_FIXTURE_H
 #define BLOCK_FIXTURE_H
 
+#include "block_fit.h"
 #include "block_model.h"
+#include "block_start.h"
 #include "fit_samples.h"
 #include "motion_samples.h"
 
@@ -18,8 +20,9 @@ typedef struct {
     float (*normals)[3]; /* [block] */
 } fixture;
 
-static inline fixture make_fixture(nsdf_surface rest, uint32_t second_part, sample_mover move, uint32_t blocks,
-                                   uint32_t bones, uint32_t degree) {
+/* level_spacing: frames per control point of the levels, 0 = they do not move. */
+static inline fixture make_level_fixture(nsdf_surface rest, uint32_t second_part, sample_mover move, uint32_t blocks,
+                                         uint32_t bones, uint32_t degree, double level_spacing) {
     const nsdf_block_steps steps = {2e-4, 2e-4};
     fixture x;
     nsdf_bones found;
@@ -29,13 +32,18 @@ static inline fixture make_fixture(nsdf_surface rest, uint32_t second_part, samp
     x.workers = nsdf_workers_create(1);
     nsdf_motion motion = sample_motion(&x.frames, blocks, x.workers);
     assert_int_equal(nsdf_bones_fit(&found, &motion, bones, x.workers), 0);
-    assert_int_equal(nsdf_block_model_create(&x.model, &motion, &found, x.u, degree, 1.0, &steps), 0);
+    assert_int_equal(nsdf_block_model_create(&x.model, &motion, &found, x.u, degree, 1.0, level_spacing, &steps), 0);
     assert_int_equal(nsdf_block_frame_create(&x.frame, &x.model, low, high), 0);
     x.normals = motion.normals;
     motion.normals = NULL;
     nsdf_motion_free(&motion);
     nsdf_bones_free(&found);
     return x;
+}
+
+static inline fixture make_fixture(nsdf_surface rest, uint32_t second_part, sample_mover move, uint32_t blocks,
+                                   uint32_t bones, uint32_t degree) {
+    return make_level_fixture(rest, second_part, move, blocks, bones, degree, 0.0);
 }
 
 static inline fixture two_balls(uint32_t blocks, uint32_t bones, uint32_t degree) {
@@ -86,6 +94,48 @@ static inline double field_at(const nsdf_block_frame *frame, const nsdf_block_mo
                 sum += root * root * (double)m->values[nsdf_block_degree_offset(m, k, d) + i] * (double)basis[n++];
     }
     return sum / weight;
+}
+
+/* ---- Fitting --------------------------------------------------------------------------------------------- */
+
+static inline void start(fixture *x) {
+    assert_int_equal(nsdf_block_start(&x->model, x->normals, &x->frames, x->u, 0.0f, &x->frame, x->workers), 0);
+}
+
+typedef struct {
+    nsdf_sample_set sets[SAMPLE_FRAMES];
+    nsdf_encoder_options options;
+    nsdf_file_header header;
+    nsdf_fit_job job;
+} fit_fixture;
+
+static inline void make_fit(fit_fixture *f, fixture *x, uint64_t steps) {
+    nsdf_sampler_params params;
+    memset(f, 0, sizeof *f);
+    f->options = sample_options(2, 8);
+    f->options.steps = steps;
+    f->options.batch_frames = 3;
+    f->options.batch_points = 500;
+    f->header = unit_header(SAMPLE_FRAMES);
+    nsdf_sampler_defaults(&params);
+    params.count = 4000;
+    for (int axis = 0; axis < 3; axis++) {
+        f->header.domain_min[axis] = params.domain_min[axis] = low[axis];
+        f->header.domain_max[axis] = params.domain_max[axis] = high[axis];
+    }
+    for (uint32_t i = 0; i < SAMPLE_FRAMES; i++) {
+        nsdf_random random = nsdf_random_start(i, 9);
+        nsdf_sdf *sdf = nsdf_frame_sdf(&x->frames.frames[i], 0.0f);
+        assert_int_equal(nsdf_sample_frame(sdf, &x->frames.frames[i].surface, &params, &random, &f->sets[i]), 0);
+        nsdf_sdf_free(sdf);
+    }
+    f->job = (nsdf_fit_job){NULL,       &f->options, f->sets, x->u, SAMPLE_FRAMES, &x->frames, &f->header,
+                            x->workers, NULL,        NULL,    0.0,  NULL,          NULL};
+}
+
+static inline void free_fit(fit_fixture *f) {
+    for (int i = 0; i < SAMPLE_FRAMES; i++)
+        nsdf_sample_set_free(&f->sets[i]);
 }
 
 #endif

@@ -31,7 +31,7 @@ static inline sample_blocks sample_empty(sample_shape shape) {
     s.desc.influences = shape.influences;
     s.desc.degree = shape.degree;
     s.desc.list.entropy = NSDF_ENTROPY_RANGE;
-    nsdf_blocks_layout(&s.desc, shape.knots);
+    nsdf_blocks_layout(&s.desc, shape.knots, 0);
     for (uint32_t t = 0; t < s.desc.list.count; t++) {
         nsdf_array_desc *a = &s.desc.list.tensors[t].arrays[0];
         a->quantiser = NSDF_QUANT_UNIFORM;

@@ -41,7 +41,7 @@ static void free_fixture(fixture *x) {
 static nsdf_block_model make_model(const fixture *x) {
     const nsdf_block_steps steps = {2e-4, 2e-4};
     nsdf_block_model model;
-    assert_int_equal(nsdf_block_model_create(&model, &x->motion, &x->bones, x->u, 2, 1.0, &steps), 0);
+    assert_int_equal(nsdf_block_model_create(&model, &x->motion, &x->bones, x->u, 2, 1.0, 0.0, &steps), 0);
     return model;
 }
 

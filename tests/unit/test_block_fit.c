@@ -138,12 +138,12 @@ static void test_rounded_weights_sum_to_1(void **state) {
     for (int f = 0; f < 9; f++)
         u[f] = f / 8.0;
     assert_int_equal(nsdf_bones_fit(&bones, &motion, 5, workers), 0);
-    assert_int_equal(nsdf_block_model_create(&model, &motion, &bones, u, 1, 1.0, &steps), 0);
+    assert_int_equal(nsdf_block_model_create(&model, &motion, &bones, u, 1, 1.0, 0.0, &steps), 0);
     const float *w = values_of(&model, NSDF_BLOCK_WEIGHTS);
     for (uint32_t k = 0; k < motion.block_count; k++) {
         assert_true(w[4 * k] + w[4 * k + 1] + w[4 * k + 2] + w[4 * k + 3] == 1.0f);
         for (uint32_t i = 0; i < 4; i++)
-            assert_true(fabs((double)w[4 * k + i] - bones.weight[k][i]) < 0.03);
+            assert_true(fabs((double)w[4 * k + i] - bones.weight[k][i]) < 0.1);
         blended += w[4 * k + 2] > 0.0f;
     }
     assert_true(blended > 5);
@@ -258,10 +258,6 @@ static nsdf_surface fine_cube(void) {
     return s;
 }
 
-static void start(fixture *x) {
-    assert_int_equal(nsdf_block_start(&x->model, x->normals, &x->frames, x->u, 0.0f, &x->frame, x->workers), 0);
-}
-
 static void test_a_sphere_is_started_well(void **state) {
     double worst[3];
     (void)state;
@@ -283,42 +279,6 @@ static void test_a_plane_is_started_exactly(void **state) {
 }
 
 /* ---- Fitting --------------------------------------------------------------------------------------------- */
-
-typedef struct {
-    nsdf_sample_set sets[SAMPLE_FRAMES];
-    nsdf_encoder_options options;
-    nsdf_file_header header;
-    nsdf_fit_job job;
-} fit_fixture;
-
-static void make_fit(fit_fixture *f, fixture *x, uint64_t steps) {
-    nsdf_sampler_params params;
-    memset(f, 0, sizeof *f);
-    f->options = sample_options(2, 8);
-    f->options.steps = steps;
-    f->options.batch_frames = 3;
-    f->options.batch_points = 500;
-    f->header = unit_header(SAMPLE_FRAMES);
-    nsdf_sampler_defaults(&params);
-    params.count = 4000;
-    for (int axis = 0; axis < 3; axis++) {
-        f->header.domain_min[axis] = params.domain_min[axis] = low[axis];
-        f->header.domain_max[axis] = params.domain_max[axis] = high[axis];
-    }
-    for (uint32_t i = 0; i < SAMPLE_FRAMES; i++) {
-        nsdf_random random = nsdf_random_start(i, 9);
-        nsdf_sdf *sdf = nsdf_frame_sdf(&x->frames.frames[i], 0.0f);
-        assert_int_equal(nsdf_sample_frame(sdf, &x->frames.frames[i].surface, &params, &random, &f->sets[i]), 0);
-        nsdf_sdf_free(sdf);
-    }
-    f->job = (nsdf_fit_job){NULL,       &f->options, f->sets, x->u, SAMPLE_FRAMES, &x->frames,
-                            &f->header, x->workers,  NULL,    NULL, 0.0,           NULL};
-}
-
-static void free_fit(fit_fixture *f) {
-    for (int i = 0; i < SAMPLE_FRAMES; i++)
-        nsdf_sample_set_free(&f->sets[i]);
-}
 
 /* Mean error of the samples near the surface. */
 static double sample_error(fixture *x, const fit_fixture *fit) {

@@ -192,44 +192,49 @@ static void test_forbidden_fields_are_named_with_their_offset(void **state) {
     expect_corrupt(9, "\0\0\300\177", 4, fade); /* NaN */
 }
 
-static void test_tensors_other_than_poses_must_be_constant(void **state) {
+static void test_places_and_influences_must_be_constant(void **state) {
     (void)state;
-    for (size_t t = 0; t < 9; t++)
-        if (t != NSDF_BLOCK_POSES) {
-            const size_t offset = FRONT + TENSOR * t + (t > NSDF_BLOCK_POSES ? 2 : 0);
-            expect_corrupt(offset, "\1\4\0", 3, "tensor that must be constant and is not");
-            expect_corrupt(offset, "\2\4\0", 3, "tensor that must be constant and is not");
-            expect_corrupt(offset, "\3", 1, "tensor kind above 2");
-        }
+    for (size_t t = 0; t < NSDF_BLOCK_POSES; t++) {
+        expect_corrupt(FRONT + TENSOR * t, "\1\4\0", 3, "tensor that must be constant and is not");
+        expect_corrupt(FRONT + TENSOR * t, "\2\4\0", 3, "tensor that must be constant and is not");
+        expect_corrupt(FRONT + TENSOR * t, "\3", 1, "tensor kind above 2");
+    }
+    expect_corrupt(FRONT + TENSOR * NSDF_BLOCK_COEFFICIENTS + 2, "\3", 1, "tensor kind above 2");
 }
 
-/* A low-rank tensor that is whole in itself. */
-static void test_low_rank_poses_are_refused(void **state) {
+/* A low-rank tensor that is whole in itself, in the place of one that may move. */
+static void expect_no_low_rank(uint32_t tensor, const char *what) {
     sample_blocks s = sample_empty((sample_shape){3, 2, 1, 0, 4});
-    nsdf_tensor_desc *poses = &s.desc.list.tensors[NSDF_BLOCK_POSES];
+    nsdf_tensor_desc *t = &s.desc.list.tensors[tensor];
     nsdf_buffer part = {0}, payload = {0};
     nsdf_blocks_desc back;
     nsdf_fault fault = {0, ""};
     size_t coded = 0;
-    (void)state;
-    poses->kind = NSDF_TENSOR_LOW_RANK;
-    poses->rank = 1;
-    nsdf_tensor_layout(poses);
-    poses->arrays[1].quantiser = poses->arrays[2].quantiser = NSDF_QUANT_RAW;
+    t->kind = NSDF_TENSOR_LOW_RANK;
+    t->knots = 4;
+    t->rank = 1;
+    nsdf_tensor_layout(t);
+    t->arrays[1].quantiser = t->arrays[2].quantiser = NSDF_QUANT_RAW;
     int32_t *q = calloc((size_t)nsdf_parameter_count(&s.desc.list), sizeof *q);
     assert_int_equal(nsdf_write_blocks_part(&payload, &s.desc, q), -1); /* the writer reads back what it wrote */
     const uint8_t front[9] = {0, 0, 1, 2, 0, 3, 0, 0, 0};
     nsdf_buffer_append(&part, front, sizeof front);
     nsdf_buffer_f32(&part, 0.0f);
-    for (uint32_t t = 0; t < s.desc.list.count; t++)
-        nsdf_write_tensor_desc(&part, &s.desc.list.tensors[t]);
+    for (uint32_t i = 0; i < s.desc.list.count; i++)
+        nsdf_write_tensor_desc(&part, &s.desc.list.tensors[i]);
     assert_int_equal(nsdf_read_blocks_desc(part.data, part.size, &back, &coded, &fault), NSDF_PARSE_CORRUPT);
-    assert_string_equal(fault.what, "poses that are a low-rank tensor");
-    assert_int_equal(fault.offset, FRONT + TENSOR * NSDF_BLOCK_POSES);
+    assert_string_equal(fault.what, what);
+    assert_int_equal(fault.offset, FRONT + TENSOR * tensor + (tensor > NSDF_BLOCK_POSES ? 2 : 0));
     nsdf_buffer_free(&part);
     nsdf_buffer_free(&payload);
     free(q);
     sample_free(&s);
+}
+
+static void test_low_rank_tensors_are_refused(void **state) {
+    (void)state;
+    expect_no_low_rank(NSDF_BLOCK_POSES, "poses that are a low-rank tensor");
+    expect_no_low_rank(NSDF_BLOCK_COEFFICIENTS, "coefficients that are a low-rank tensor");
 }
 
 static void test_too_many_parameters_are_refused(void **state) {
@@ -375,8 +380,8 @@ int main(void) {
         cmocka_unit_test(test_every_prefix_and_every_longer_part_is_refused),
         cmocka_unit_test(test_flipped_bytes_never_do_more_than_fail),
         cmocka_unit_test(test_forbidden_fields_are_named_with_their_offset),
-        cmocka_unit_test(test_tensors_other_than_poses_must_be_constant),
-        cmocka_unit_test(test_low_rank_poses_are_refused),
+        cmocka_unit_test(test_places_and_influences_must_be_constant),
+        cmocka_unit_test(test_low_rank_tensors_are_refused),
         cmocka_unit_test(test_too_many_parameters_are_refused),
         cmocka_unit_test(test_radii_bones_and_extents_are_checked),
         cmocka_unit_test(test_the_writer_refuses_what_a_reader_would),

@@ -81,6 +81,8 @@ typedef struct nsdf_encoder_options {
     double block_overlap;               /* balls that hold a point of the surface, 1 to 20: gives their radius */
     double block_radius;                /* that of the balls, fraction of the diagonal; 0 = from block_overlap */
     double block_knot_spacing;          /* frames of the sequence per control point of the bones' motion */
+    double level_spacing;               /* the same of the blocks' levels, their coefficients of degree 0, which move
+                                           pieces of the surface along their normals; 0 = levels do not move */
     double pose_step, coefficient_step; /* quantiser steps, fractions of the diagonal */
     double motion_rate;                 /* 0 to 1: error, fraction of the diagonal, that one bit for each number of the
                                            motion is worth */
@@ -188,7 +190,8 @@ typedef void (*nsdf_checkpoint_fn)(void *user, const void *data, size_t size);
 /* Has nsdf_encoder_run hand out checkpoints on its thread: whenever `seconds` (0 or more) have passed while it fits,
  * after the last of the steps that the options ask for, and when progress ends fitting or aborts it before that.  Each
  * replaces the one before; it takes up to 16 bytes for each parameter, and for a network up to 132 KB a frame more.
- * What follows the last step is not saved but done again.  Without a call, or with save NULL, there are none. */
+ * What follows the last step is not saved but done again.  Fits to a size, a bitrate or an error have none: then this
+ * fails.  Without a call, or with save NULL, there are none. */
 NSDF_API NSDF_MUST_USE nsdf_status nsdf_encoder_set_checkpoint(nsdf_encoder *encoder, double seconds,
                                                                nsdf_checkpoint_fn save, void *user,
                                                                nsdf_encoder_error *error);
@@ -226,6 +229,7 @@ typedef struct nsdf_block_bytes {
     uint64_t places;     /* centres, radii and lives of the blocks */
     uint64_t influences; /* which bones move each, with what weight */
     uint64_t motion;     /* of the bones over time */
+    uint64_t levels;     /* of the blocks over time, where they move */
     uint64_t shapes;     /* polynomials */
 } nsdf_block_bytes;
 
