@@ -14,7 +14,7 @@
 static const double coefficient_rate = 1e-4, pose_rate = 2e-4, level_rate = 2e-5;
 /* Loss weight 1/2 there; but 1 where the value is less than this share of the distance, or has the wrong sign: there
  * would soon be a surface. */
-static const float weight_distance = 0.005f, safe_share = 0.25f;
+static const float weight_distance = 0.002f, safe_share = 0.25f;
 static const double rounding_share = 0.3; /* of the steps, at the end, see rounded values */
 static const double tuning_peak = 0.15;   /* of the rates, for a model that was fitted before */
 enum { STEERED = 50 };                    /* so many times in all steps, but only while values are rounded */

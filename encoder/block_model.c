@@ -8,7 +8,7 @@
 #include <string.h>
 
 /* Steps of what does not need to be fine, since all else is fitted around it. */
-static const float rest_step = 1.0f / 1024, weight_step = 1.0f / 64, anchor_step = 1.0f / 256;
+static const float rest_step = 1.0f / 512, weight_step = 1.0f / 32, anchor_step = 1.0f / 256;
 static const double least_extent = 0.02; /* of a bone, normalised */
 static const double smoothness = 1e-3;   /* of second differences of control points in the first fit */
 

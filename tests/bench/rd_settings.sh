@@ -19,9 +19,11 @@ draco_grid() {
 
 # A few minutes in all on two cores.
 settings_quick() {
-    setting nsdf fast-w48-2k --preset fast --width 48 --steps 2000
-    setting nsdf fast-w80-4k --preset fast --width 80 --steps 4000
-    setting nsdf fast-w80-10k --preset fast --width 80 --steps 10000
+    setting nsdf tiny --preset fast --blocks 400 --bones 16 --pose-step 5e-4 --coefficient-step 8e-4 --motion-rate 2e-4
+    setting nsdf small --preset fast --blocks 700 --bones 30 --pose-step 2.5e-4 --coefficient-step 5e-4 \
+        --motion-rate 7e-5
+    setting nsdf fast --preset fast
+    setting nsdf medium-short --preset medium --steps 15000
     # Those that the full grid has on or near the hull.
     draco_grid '0.5 1' '6 7' optimal
     draco_grid '2 3' '7 8' optimal
@@ -32,18 +34,13 @@ settings_quick() {
 
 # An hour or two for each long sequence.
 settings_full() {
-    local bits width
+    local width
     settings_quick
-    for width in 48 64 80 128; do
-        setting nsdf "fast-w$width" --preset fast --width "$width"
-        setting nsdf "medium-w$width" --preset medium --width "$width"
+    for width in 48 64 80; do
+        setting nsdf "network-w$width" --preset fast --blocks 0 --width "$width"
     done
-    for bits in 8 9 10; do
-        setting nsdf "medium-w80-b$bits" --preset medium --width 80 --weight-bits "$bits"
-    done
+    setting nsdf medium --preset medium
     setting nsdf slow --preset slow
-    setting nsdf slow-b9 --preset slow --weight-bits 9
-    setting nsdf slow-w160 --preset slow --width 160
     draco_grid '0.5 1 2 3 5 7 10 15 20 30 50 70 100' '6 7 8 9 10 11 12' 'optimal endpoint'
 }
 
