@@ -15,7 +15,7 @@ nsdf-dec -q --verify out/a.nsdf >verified
 no_leftovers out a.ckpt a.nsdf
 start_interruptible "${command[@]}"
 for ((i = 0; i < 3000; i++)); do
-    if grep -q 'going on' interrupted.err; then break; fi
+    if grep -qs 'going on' interrupted.err; then break; fi
     sleep 0.02
 done
 kill -TERM "$pid"

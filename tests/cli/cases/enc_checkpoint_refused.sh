@@ -49,7 +49,7 @@ cp good a.ckpt
 start_interruptible "${command[@]}" --threads 1 --fps 30 --resolution 30 --entropy none --checkpoint a.ckpt -o a.nsdf \
     fixture/frames
 for ((i = 0; i < 3000; i++)); do
-    if grep -q 'going on' interrupted.err; then break; fi
+    if grep -qs 'going on' interrupted.err; then break; fi
     sleep 0.02
 done
 kill -TERM "$pid"
