@@ -33,7 +33,7 @@ static nsdf_encoder_options common_options(void) {
     o.level_spacing = 12.0;
     o.pose_step = 1.5e-4;
     o.coefficient_step = 3e-4;
-    o.motion_rate = 3e-5;
+    o.motion_rate = 2.7e-5;
     o.block_points = 4096;
     o.d_half = 0.01;
     o.hard_samples = 1;
@@ -75,7 +75,7 @@ static void thesis_options(nsdf_encoder_options *o) {
 void nsdf_encoder_options_init(nsdf_encoder_options *options, nsdf_preset preset) {
     nsdf_encoder_options o = common_options();
     o.steps = 7000;
-    o.block_steps = 10000;
+    o.block_steps = 13000;
     if (preset == NSDF_PRESET_FAST) {
         o.knot_spacing = 6.0;
         o.weight_bits = 10.5;
