@@ -464,8 +464,10 @@ static void test_the_message_tells_both_values(void **state) {
     (void)state;
     o.motion_rate = 0.5;
     o.resolution = 40;
+    char text[64];
+    snprintf(text, sizeof text, "motion rate was %g and is 0.5", block_options().motion_rate);
     nsdf_encoder *encoder = encoder_of(&o, growing_sphere);
-    assert_refused(encoder, b.data, b.size, NSDF_INVALID_ARGUMENT, "motion rate was 3e-05 and is 0.5");
+    assert_refused(encoder, b.data, b.size, NSDF_INVALID_ARGUMENT, text);
     nsdf_encoder_close(&encoder);
     free(b.data);
 }
