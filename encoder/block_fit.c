@@ -247,11 +247,7 @@ static int one_step(state *s, double schedule, int rounding) {
 /* All that later steps depend on. */
 static void state_fields(void *fitting, nsdf_fit_state *f) {
     state *s = fitting;
-    nsdf_state_u64(f, &s->result->steps);
-    nsdf_state_expect(f, s->result->steps <= s->job->options->steps, "more steps than there are");
-    nsdf_state_u64(f, &s->result->samples);
-    nsdf_state_clock(f, &s->began);
-    nsdf_state_f64(f, &s->near_error);
+    nsdf_state_run(f, s->result, s->job->options->steps, &s->began, &s->near_error);
     nsdf_state_random(f, &s->random);
     nsdf_state_order(f, &s->order);
     nsdf_state_floats(f, s->model->values, s->model->value_count);

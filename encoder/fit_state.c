@@ -1,7 +1,5 @@
 #include "fit_state.h"
 
-#include "fit.h"
-
 #include <math.h>
 
 void nsdf_state_u8(nsdf_fit_state *state, uint8_t *v) {
@@ -51,6 +49,15 @@ void nsdf_state_clock(nsdf_fit_state *state, double *began) {
     nsdf_state_expect(state, spent >= 0.0 && spent < 1e12, "seconds that cannot be");
     if (nsdf_state_reading(state))
         *began = now - spent;
+}
+
+void nsdf_state_run(nsdf_fit_state *state, nsdf_fit_result *result, uint64_t most_steps, double *began,
+                    double *near_error) {
+    nsdf_state_u64(state, &result->steps);
+    nsdf_state_expect(state, result->steps <= most_steps, "more steps than there are");
+    nsdf_state_u64(state, &result->samples);
+    nsdf_state_clock(state, began);
+    nsdf_state_f64(state, near_error);
 }
 
 void nsdf_state_random(nsdf_fit_state *state, nsdf_random *random) {

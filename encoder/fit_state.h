@@ -5,6 +5,7 @@
 
 #include "bytes.h"
 #include "container_write.h"
+#include "fit.h"
 #include "frame_order.h"
 #include "optimiser.h"
 #include "sampler.h"
@@ -34,6 +35,9 @@ void nsdf_state_f32(nsdf_fit_state *state, float *v);
 void nsdf_state_f64(nsdf_fit_state *state, double *v);
 void nsdf_state_floats(nsdf_fit_state *state, float *v, size_t count);
 
+/* How far fitting has come: steps, at most `most_steps`, samples, when it began, and its running error. */
+void nsdf_state_run(nsdf_fit_state *state, nsdf_fit_result *result, uint64_t most_steps, double *began,
+                    double *near_error);
 /* When a clock that ran on while nothing was saved began, kept as the seconds since. */
 void nsdf_state_clock(nsdf_fit_state *state, double *began);
 void nsdf_state_random(nsdf_fit_state *state, nsdf_random *random);

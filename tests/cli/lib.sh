@@ -68,6 +68,15 @@ start_interruptible() {
     set +m
 }
 
+# wait_for_message TEXT: until what start_interruptible runs has said so, a minute at most.
+wait_for_message() {
+    local i
+    for ((i = 0; i < 3000; i++)); do
+        if grep -qs "$1" interrupted.err; then break; fi
+        sleep 0.02
+    done
+}
+
 # wait_for PID SECONDS: the exit code of the process, or failure when it does not end in time.
 wait_for() {
     local process=$1 tries=$(($2 * 10)) code=0

@@ -14,10 +14,7 @@ grep -q "'out/a.ckpt' stays" interrupted.err || give_up "no word about it: $(<in
 nsdf-dec -q --verify out/a.nsdf >verified
 no_leftovers out a.ckpt a.nsdf
 start_interruptible "${command[@]}"
-for ((i = 0; i < 3000; i++)); do
-    if grep -qs 'going on' interrupted.err; then break; fi
-    sleep 0.02
-done
+wait_for_message "going on"
 kill -TERM "$pid"
 wait_for "$pid" 60 || true
 grep -q "going on from 'out/a.ckpt': [1-9][0-9]* steps are done" interrupted.err || give_up "$(<interrupted.err)"

@@ -48,10 +48,7 @@ refused 'not a checkpoint' fixture/frames
 cp good a.ckpt
 start_interruptible "${command[@]}" --threads 1 --fps 30 --resolution 30 --entropy none --checkpoint a.ckpt -o a.nsdf \
     fixture/frames
-for ((i = 0; i < 3000; i++)); do
-    if grep -qs 'going on' interrupted.err; then break; fi
-    sleep 0.02
-done
+wait_for_message "going on"
 kill -TERM "$pid"
 wait_for "$pid" 60 || true
 grep -q "going on from 'a.ckpt'" interrupted.err || give_up "did not go on: $(<interrupted.err)"
