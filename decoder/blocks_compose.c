@@ -222,7 +222,8 @@ void nsdf_blocks_compose(nsdf_blocks *blocks, double u) {
     const float *radii = blocks->values + nsdf_block_offset(desc, NSDF_BLOCK_RADII);
     coefficients_at at;
     compose_bones(blocks, u);
-    blend_coefficients(blocks, u, &at);
+    if (blocks->moving)
+        blend_coefficients(blocks, u, &at);
     for (uint32_t k = 0; k < desc->block_count; k++) {
         nsdf_block *block = &blocks->blocks[k];
         double pose[12];

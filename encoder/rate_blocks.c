@@ -22,7 +22,6 @@ static const double error_wasteful = 0.7; /* worth another fit with fewer bones 
 static const double least_gain = 0.95;    /* of the error, by another fit, or there is no third */
 static const double quick_margin = 0.985; /* quick errors up to this part of the error are worth a whole verification */
 static const double lowest_x = -1.6, highest_x = 1.6, rate_share = 1.5;
-static const float safe_bound = 4.0f;    /* as in bound.c */
 static const double margin_blocks = 1.2; /* nodes for more blocks than expected */
 enum { MOST_PROBES = 2, MOST_TUNES = 9, MOST_REFITS = 2, MOST_CHECKS = 5 };
 
@@ -76,14 +75,10 @@ void nsdf_rate_blocks_free(nsdf_rate_blocks *r) {
 
 /* ---- Bytes and errors ------------------------------------------------------------------------------------- */
 
-/* The file that the model gives now, with room for its measured quality.  0, or -1. */
+/* The file that the model gives now.  0, or -1. */
 static int make_file(const nsdf_rate_blocks *r, nsdf_buffer *file) {
-    const nsdf_quality_record none = {0};
     nsdf_coded_segment segment = {{NULL, 0, 0, 0}, 0};
-    nsdf_file_header header = *r->job.fit.header;
-    header.extraction_bound = safe_bound;
-    const int failed = nsdf_code_blocks(r->model, &segment) != 0 ||
-                       nsdf_assemble_file(&header, &segment, r->base.verify ? &none : NULL, file) != 0;
+    const int failed = nsdf_code_blocks(r->model, &segment) != 0 || nsdf_rate_make_file(&r->job, &segment, file) != 0;
     nsdf_buffer_free(&segment.payload);
     return failed ? -1 : 0;
 }

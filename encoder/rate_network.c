@@ -16,7 +16,6 @@ static const double size_aim = 0.97, error_aim = 0.97;
 static const double bits_saved = 0.54;
 static const double least_bits = 4.0, most_bits = 16.0, bits_by_x = 4.0;
 static const double bits_up = 2.0, bits_down = 4.0; /* within which errors are tried */
-static const float quick_bound = 4.0f;
 enum { MOST_REFITS = 2, MOST_CHECKS = 4, BITS_TRIES = 5, LEAST_WIDTH = 4 };
 
 struct nsdf_rate_network {
@@ -64,12 +63,9 @@ static void set_bits(nsdf_rate_network *r, double bits) {
 
 /* The file that the network gives now.  0, or -1. */
 static int make_file(nsdf_rate_network *r, nsdf_buffer *file) {
-    const nsdf_quality_record none = {0};
     nsdf_coded_segment segment = {{NULL, 0, 0, 0}, 0};
-    nsdf_file_header header = *r->job.fit.header;
-    header.extraction_bound = quick_bound;
     const int failed = nsdf_code_segment(r->job.fit.model, *r->parameters, &segment) != 0 ||
-                       nsdf_assemble_file(&header, &segment, r->options.verify ? &none : NULL, file) != 0;
+                       nsdf_rate_make_file(&r->job, &segment, file) != 0;
     nsdf_buffer_free(&segment.payload);
     r->bytes = file->size;
     return failed ? -1 : 0;

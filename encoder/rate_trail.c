@@ -6,12 +6,20 @@
 #include <string.h>
 
 enum { QUICK_FRAMES = 12 };
+static const float safe_bound = 4.0f; /* nothing is skipped wrongly; the true one is found at the end (bound.c) */
 
 void nsdf_rate_note(const nsdf_rate_job *job, const nsdf_rate_round *round) {
     nsdf_encoder_stats *s = job->stats;
     if (s->round_count < NSDF_MOST_RATE_ROUNDS)
         s->round_count++;
     s->rounds[s->round_count - 1] = *round;
+}
+
+int nsdf_rate_make_file(const nsdf_rate_job *job, const nsdf_coded_segment *segment, nsdf_buffer *file) {
+    const nsdf_quality_record none = {0};
+    nsdf_file_header header = *job->fit.header;
+    header.extraction_bound = safe_bound;
+    return nsdf_assemble_file(&header, segment, job->fit.options->verify ? &none : NULL, file);
 }
 
 nsdf_status nsdf_rate_quick_error(const nsdf_rate_job *job, const nsdf_buffer *file, double *mean,
@@ -32,6 +40,7 @@ nsdf_status nsdf_rate_quick_error(const nsdf_rate_job *job, const nsdf_buffer *f
     const nsdf_status status = nsdf_verify_file(&check, job->fit.workers, file, &found, &pieces, strays, error);
     for (uint32_t i = 0; i < some.count; i++)
         nsdf_sample_set_free(&strays[i]);
-    *mean = found.mean[0] > found.mean[1] ? found.mean[0] : found.mean[1];
+    if (status == NSDF_OK)
+        *mean = found.mean[0] > found.mean[1] ? found.mean[0] : found.mean[1];
     return status;
 }

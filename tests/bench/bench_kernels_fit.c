@@ -5,10 +5,8 @@
 #include <string.h>
 
 #include "bench_kernels.h"
+#include "bench_network.h"
 #include "fit_network.h"
-#include "model.h"
-#include "nsdf/encoder.h"
-#include "random.h"
 
 /* A slot of the encoder's step, in tiles of so many panels. */
 enum { POINTS = 1024, TILE_PANELS = 16, LAYERS = 3, FRAMES = 48, MOST_SUBJECTS = 16 };
@@ -26,36 +24,18 @@ typedef struct subject {
     uint32_t width;
 } subject;
 
-static float *random_floats(size_t count, float range, uint64_t seed) {
-    nsdf_random random = nsdf_random_start(seed, 1);
-    float *values = bench_floats(count);
-    for (size_t i = 0; i < count; i++)
-        values[i] = range * (2.0f * nsdf_random_unit(&random) - 1.0f);
-    return values;
-}
-
 static subject *create_subject(uint32_t width, const nsdf_fit_kernels *kernels) {
     subject *s = bench_allocate_zeroed(1, sizeof *s);
     const size_t matrix = (size_t)TILE_PANELS * (width + 1) * NSDF_PANEL;
-    nsdf_encoder_options options;
-    nsdf_random random = nsdf_random_start(1, 2);
-    nsdf_encoder_options_init(&options, NSDF_PRESET_FAST);
-    options.layers = LAYERS;
-    options.width = width;
-    nsdf_model_describe(&s->model, &options, FRAMES);
-    float *parameters = bench_floats((size_t)s->model.parameter_count);
-    nsdf_model_initialise(&s->model, &random, parameters);
-    s->composed = bench_floats(s->model.composed_size);
-    nsdf_model_compose(&s->model, parameters, 0.5, s->composed);
-    free(parameters);
+    s->composed = bench_network(&s->model, LAYERS, width, FRAMES);
     s->gradient = bench_floats(s->model.composed_size);
-    s->x = random_floats(POINTS, 0.5f, 3);
-    s->y = random_floats(POINTS, 0.5f, 4);
-    s->z = random_floats(POINTS, 0.5f, 5);
-    s->d = random_floats(POINTS, 0.05f, 6);
-    s->input = random_floats(matrix, 1.0f, 7);
-    s->output = random_floats(matrix, 1.0f, 8);
-    s->values = random_floats((size_t)width * (width + 1), 0.1f, 9);
+    s->x = bench_random_floats(POINTS, 0.5f, 3);
+    s->y = bench_random_floats(POINTS, 0.5f, 4);
+    s->z = bench_random_floats(POINTS, 0.5f, 5);
+    s->d = bench_random_floats(POINTS, 0.05f, 6);
+    s->input = bench_random_floats(matrix, 1.0f, 7);
+    s->output = bench_random_floats(matrix, 1.0f, 8);
+    s->values = bench_random_floats((size_t)width * (width + 1), 0.1f, 9);
     s->grad = bench_floats((size_t)width * (width + 1));
     s->scratch = bench_checked(nsdf_fit_scratch_create(&s->model));
     s->kernels = kernels;

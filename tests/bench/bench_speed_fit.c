@@ -6,10 +6,8 @@
 
 #include "bench_peak.h"
 #include "bench_speed.h"
+#include "bench_network.h"
 #include "fit_network.h"
-#include "model.h"
-#include "nsdf/encoder.h"
-#include "random.h"
 
 /* A step of the encoder: eight frames of 1024 points, each frame a task, worked off in tiles of so many panels. */
 enum { SLOTS = 8, POINTS = 1024, TILE_PANELS = 16, LAYERS = 3, FRAMES = 48 };
@@ -52,32 +50,14 @@ typedef struct bench {
 
 /* ---- What is fitted ---------------------------------------------------------------------------------------- */
 
-static float *random_floats(size_t count, float range, uint64_t seed) {
-    nsdf_random random = nsdf_random_start(seed, 1);
-    float *values = bench_floats(count);
-    for (size_t i = 0; i < count; i++)
-        values[i] = range * (2.0f * nsdf_random_unit(&random) - 1.0f);
-    return values;
-}
-
 static subject *create_subject(uint32_t width, uint32_t workers) {
     subject *s = bench_allocate_zeroed(1, sizeof *s);
-    nsdf_encoder_options options;
-    nsdf_random random = nsdf_random_start(1, 2);
-    nsdf_encoder_options_init(&options, NSDF_PRESET_FAST);
-    options.layers = LAYERS;
-    options.width = width;
-    nsdf_model_describe(&s->model, &options, FRAMES);
-    float *parameters = bench_floats((size_t)s->model.parameter_count);
-    nsdf_model_initialise(&s->model, &random, parameters);
-    s->composed = bench_floats(s->model.composed_size);
-    nsdf_model_compose(&s->model, parameters, 0.5, s->composed);
-    free(parameters);
+    s->composed = bench_network(&s->model, LAYERS, width, FRAMES);
     s->gradient = bench_floats(SLOTS * s->model.composed_size);
-    s->x = random_floats(POINTS, 0.5f, 3);
-    s->y = random_floats(POINTS, 0.5f, 4);
-    s->z = random_floats(POINTS, 0.5f, 5);
-    s->d = random_floats(POINTS, 0.05f, 6);
+    s->x = bench_random_floats(POINTS, 0.5f, 3);
+    s->y = bench_random_floats(POINTS, 0.5f, 4);
+    s->z = bench_random_floats(POINTS, 0.5f, 5);
+    s->d = bench_random_floats(POINTS, 0.05f, 6);
     s->workers = workers;
     for (uint32_t i = 0; i < workers; i++)
         s->scratch[i] = bench_checked(nsdf_fit_scratch_create(&s->model));
@@ -198,9 +178,9 @@ static void add_kernel(bench *b, const char *name, uint32_t width, void (*run)(v
     j->kernels = nsdf_fit_kernels_select();
     j->isa = bench_isa_of_name(j->kernels->name);
     j->width = width;
-    j->a = random_floats(floats, 1.0f, 7);
-    j->b = random_floats(floats, 1.0f, 8);
-    j->matrix = random_floats((size_t)width * (width + 1), 0.1f, 9);
+    j->a = bench_random_floats(floats, 1.0f, 7);
+    j->b = bench_random_floats(floats, 1.0f, 8);
+    j->matrix = bench_random_floats((size_t)width * (width + 1), 0.1f, 9);
     j->flop = flop;
 }
 
