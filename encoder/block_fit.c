@@ -2,6 +2,7 @@
 
 #include "block_cache.h"
 #include "block_rate.h"
+#include "block_rest.h"
 #include "checkpoint.h"
 #include "frame_order.h"
 #include "optimiser.h"
@@ -29,6 +30,7 @@ typedef struct {
     int keep;                              /* no slot before it has the same frame */
     float (*terms)[NSDF_BLOCK_MOST_TERMS]; /* [block]: gradient, of monomials */
     float *bones;                          /* [bone][12]: gradient */
+    float (*rest)[NSDF_REST_VALUES];       /* [block]: gradient, until values at rest settle */
     nsdf_block_loss_sums sums;
     int failed;
 } slot;
@@ -52,6 +54,7 @@ typedef struct {
     slot *slots;       /* [batch_frames] */
     workplace *places; /* [worker] */
     nsdf_adam terms, levels, poses;
+    nsdf_block_rest rest;
     float *gradient, *rounded;                 /* [value_count] */
     float (*monomials)[NSDF_BLOCK_MOST_TERMS]; /* [block]: without levels that move */
     const float *active;
@@ -66,6 +69,7 @@ static void free_state(state *s) {
     for (uint32_t i = 0; s->slots && i < s->job->options->batch_frames; i++) {
         free(s->slots[i].terms);
         free(s->slots[i].bones);
+        free(s->slots[i].rest);
     }
     for (uint32_t i = 0; s->places && i < nsdf_workers_count(s->job->workers); i++) {
         nsdf_block_frame_free(&s->places[i].at);
@@ -84,12 +88,14 @@ static void free_state(state *s) {
     nsdf_adam_free(&s->terms);
     nsdf_adam_free(&s->levels);
     nsdf_adam_free(&s->poses);
+    nsdf_block_rest_free(&s->rest);
 }
 
 static int create_slot(slot *sl, const nsdf_block_model *model) {
     sl->terms = malloc(sizeof *sl->terms * model->desc.block_count);
     sl->bones = malloc(sizeof *sl->bones * 12 * model->desc.bone_count);
-    return sl->terms && sl->bones ? 0 : -1;
+    sl->rest = malloc(sizeof *sl->rest * model->desc.block_count);
+    return sl->terms && sl->bones && sl->rest ? 0 : -1;
 }
 
 static int create_bench(workplace *b, const nsdf_fit_job *job, const nsdf_block_model *model) {
@@ -121,6 +127,7 @@ static int create_state(state *s, const nsdf_fit_job *job, nsdf_block_model *mod
              s->rounded && s->monomials && nsdf_adam_create(&s->terms, model->term_count) == 0 &&
              nsdf_adam_create(&s->levels, model->level_count) == 0 &&
              nsdf_adam_create(&s->poses, model->pose_count) == 0 &&
+             nsdf_block_rest_create(&s->rest, model, job->control && job->control->tuning) == 0 &&
              nsdf_block_cache_create(&s->cache, job->samples, job->frame_count, job->options->batch_points,
                                      model->desc.block_count, most_cache_bytes) == 0;
     for (uint32_t i = 0; ok && i < job->options->batch_frames; i++)
@@ -154,6 +161,8 @@ static void find_gradients(const state *s, slot *sl, workplace *w) {
         s->passes->backward(&w->work, k, m->desc.degree, w->monomials[k], &sums);
         memcpy(sl->terms[k], sums.terms, sizeof sums.terms);
         pose_gradient(w->at.map[k], radii[k], &sums, w->poses[k]);
+        if (!s->rest.settled)
+            nsdf_block_rest_gradient(m, &w->at, k, w->poses[k], &sums, sl->rest[k]);
     }
     nsdf_block_sum_bones(m, (const float(*)[12])w->poses, sl->bones);
 }
@@ -194,6 +203,8 @@ static int gather(state *s) {
             for (uint32_t t = 0; t < m->terms; t++)
                 sum[t] += s->slots[i].terms[k][t];
         nsdf_block_add_gradient(m, k, sum, s->gradient);
+        for (uint32_t i = 0; i < slots && !s->rest.settled; i++)
+            nsdf_block_rest_add_gradient(m, k, s->slots[i].rest[k], s->gradient);
     }
     for (uint32_t i = 0; i < slots; i++) {
         const slot *sl = &s->slots[i];
@@ -221,9 +232,12 @@ static void choose_batches(state *s) {
     }
 }
 
-static int one_step(state *s, double schedule, int rounding) {
+/* rest_schedule counts until values at rest have settled, which is before others are rounded. */
+static int one_step(state *s, double schedule, double rest_schedule, int rounding) {
     nsdf_block_model *m = s->model;
     s->active = m->values;
+    if (rounding)
+        nsdf_block_rest_settle(&s->rest, m);
     if (rounding) {
         nsdf_block_model_round(m, m->values, s->rounded);
         s->active = s->rounded; /* straight-through */
@@ -239,7 +253,15 @@ static int one_step(state *s, double schedule, int rounding) {
     if (m->level_count > 0)
         nsdf_adam_step(&s->levels, m->values + m->level_offset, s->gradient + m->level_offset, level_rate * schedule);
     nsdf_adam_step(&s->poses, m->values + m->pose_offset, s->gradient + m->pose_offset, pose_rate * schedule);
+    if (!s->rest.settled)
+        nsdf_block_rest_step(&s->rest, m, s->gradient, rest_schedule);
     return 0;
+}
+
+/* So that nothing jumps when values at rest settle. */
+static double rest_share(uint64_t step, uint64_t settled_from) {
+    const double f = settled_from > 0 ? (double)step / (double)settled_from : 1.0;
+    return f < 1.0 ? 0.5 * (1.0 + cos(3.14159265358979 * f)) : 0.0;
 }
 
 /* ---- The loop -------------------------------------------------------------------------------------------- */
@@ -254,6 +276,8 @@ static void state_fields(void *fitting, nsdf_fit_state *f) {
     nsdf_state_adam(f, &s->terms);
     nsdf_state_adam(f, &s->levels);
     nsdf_state_adam(f, &s->poses);
+    nsdf_block_rest_fields(&s->rest, f);
+    nsdf_block_model_set_influences(s->model);
 }
 
 static int report(const state *s, nsdf_fit_result *result) {
@@ -284,7 +308,8 @@ static int fit_steps(state *s, nsdf_fit_result *result) {
     double reported = nsdf_clock();
     while (result->steps < steps) {
         const double schedule = nsdf_rate_schedule(result->steps, steps, tuning ? tuning_peak : 1.0);
-        if (one_step(s, schedule, result->steps >= rounding_from) != 0)
+        const double rest_schedule = schedule * rest_share(result->steps, rounding_from);
+        if (one_step(s, schedule, rest_schedule, result->steps >= rounding_from) != 0)
             return -1;
         result->steps++;
         for (uint32_t i = 0; i < s->job->options->batch_frames; i++)
@@ -311,6 +336,8 @@ int nsdf_block_fit_run(const nsdf_fit_job *job, nsdf_block_model *model, nsdf_fi
         failed = nsdf_checkpoint_begin(job->checkpoint, job, model->values, model->value_count, state_fields, &s);
     if (!failed)
         failed = fit_steps(&s, result) < 0;
+    if (!failed)
+        nsdf_block_rest_settle(&s.rest, model); /* nothing to do unless fitting was stopped early */
     if (!failed && !job->control) {
         nsdf_block_model_round(model, model->values, s.rounded);
         memcpy(model->values, s.rounded, model->value_count * sizeof *s.rounded);

@@ -1,4 +1,5 @@
-/* Fitting the blocks: poses and polynomials together, by Adam, against samples of the signed distance. */
+/* Fitting the blocks: poses, polynomials and what they are at rest together, by Adam, against samples of the signed
+ * distance. */
 #ifndef NSDF_BLOCK_FIT_H
 #define NSDF_BLOCK_FIT_H
 

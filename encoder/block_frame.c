@@ -12,9 +12,8 @@ enum { MOST_CELLS = 64 };
 int nsdf_block_frame_create(nsdf_block_frame *frame, const nsdf_block_model *model, const float domain_min[3],
                             const float domain_max[3]) {
     const size_t k = model->desc.block_count;
-    const float *radii = model->values + nsdf_block_offset(&model->desc, NSDF_BLOCK_RADII);
     memset(frame, 0, sizeof *frame);
-    float cell = 0.75f * radii[0];
+    float cell = 0.75f * model->radius;
     for (int axis = 0; axis < 3; axis++)
         cell = fmaxf(cell, (domain_max[axis] - domain_min[axis]) / MOST_CELLS);
     frame->inverse_cell = 1.0f / cell;

@@ -9,8 +9,9 @@
 
 /* Steps of what does not need to be fine, since all else is fitted around it. */
 static const float rest_step = 1.0f / 512, weight_step = 1.0f / 32, anchor_step = 1.0f / 256;
-static const double least_extent = 0.02; /* of a bone, normalised */
-static const double smoothness = 1e-3;   /* of second differences of control points in the first fit */
+static const float radius_step = 1.0f / 16; /* of the radius at first */
+static const double least_extent = 0.02;    /* of a bone, normalised */
+static const double smoothness = 1e-3;      /* of second differences of control points in the first fit */
 
 /* ---- Shape ----------------------------------------------------------------------------------------------- */
 
@@ -56,13 +57,14 @@ static void describe(nsdf_block_model *m, const nsdf_motion *motion, const nsdf_
     d->block_count = motion->block_count;
     d->bone_count = bones->bone_count;
     d->influences = NSDF_BONE_INFLUENCES;
+    m->radius = motion->radius;
     d->degree = degree;
     d->list.entropy = NSDF_ENTROPY_RANGE;
     m->knots = knot_count(knot_spacing, motion->frame_count);
     m->level_knots = level_spacing > 0.0 && degree > 0 ? knot_count(level_spacing, motion->frame_count) : 0;
     nsdf_blocks_layout(d, m->knots, m->level_knots);
     set_quantiser(d, NSDF_BLOCK_CENTRES, (double)rest_step);
-    set_quantiser(d, NSDF_BLOCK_RADII, (double)motion->radius);
+    set_quantiser(d, NSDF_BLOCK_RADII, (double)(radius_step * motion->radius));
     d->fade = (float)largest_gap(u, motion->frame_count);
     set_quantiser(d, NSDF_BLOCK_LIVES, life_step(u, motion->frame_count));
     set_quantiser(d, NSDF_BLOCK_BONES, 1.0);
@@ -141,8 +143,30 @@ static void fill_rest(nsdf_block_model *m, const nsdf_motion *motion, const nsdf
         }
     }
     round_tensor(m, NSDF_BLOCK_CENTRES);
+    round_tensor(m, NSDF_BLOCK_RADII);
     round_tensor(m, NSDF_BLOCK_LIVES);
     round_weights(m);
+}
+
+void nsdf_block_model_set_influences(nsdf_block_model *m) {
+    const nsdf_blocks_desc *d = &m->desc;
+    const float *centres = tensor_values(m, NSDF_BLOCK_CENTRES), *anchors = tensor_values(m, NSDF_BLOCK_ANCHORS);
+    const float *weights = tensor_values(m, NSDF_BLOCK_WEIGHTS);
+    for (size_t at = 0; at < (size_t)d->block_count * d->influences; at++) {
+        nsdf_block_influence *f = &m->influences[at];
+        f->weight = weights[at];
+        const float *anchor = anchors + 4 * (size_t)f->bone, *centre = centres + 3 * (at / d->influences);
+        f->scaled = f->weight / anchor[3];
+        for (int k = 0; k < 3; k++)
+            f->offset[k] = (centre[k] - anchor[k]) / anchor[3];
+    }
+}
+
+void nsdf_block_model_round_rest(nsdf_block_model *m) {
+    round_tensor(m, NSDF_BLOCK_CENTRES);
+    round_tensor(m, NSDF_BLOCK_RADII);
+    round_weights(m);
+    nsdf_block_model_set_influences(m);
 }
 
 /* A bone's anchor is the middle of its blocks, its extent their deviation: poses are then positions, and positions of
@@ -235,22 +259,15 @@ static int fill_poses(nsdf_block_model *m, const nsdf_bones *bones, const double
     return result;
 }
 
-static int fill_influences(nsdf_block_model *m) {
-    const nsdf_blocks_desc *d = &m->desc;
-    const float *centres = tensor_values(m, NSDF_BLOCK_CENTRES), *anchors = tensor_values(m, NSDF_BLOCK_ANCHORS);
-    const float *bones = tensor_values(m, NSDF_BLOCK_BONES), *weights = tensor_values(m, NSDF_BLOCK_WEIGHTS);
-    m->influences = malloc((size_t)d->block_count * d->influences * sizeof *m->influences);
+static int create_influences(nsdf_block_model *m) {
+    const size_t count = (size_t)m->desc.block_count * m->desc.influences;
+    const float *bones = tensor_values(m, NSDF_BLOCK_BONES);
+    m->influences = malloc(count * sizeof *m->influences);
     if (!m->influences)
         return -1;
-    for (size_t at = 0; at < (size_t)d->block_count * d->influences; at++) {
-        nsdf_block_influence *f = &m->influences[at];
-        f->bone = (uint32_t)bones[at];
-        f->weight = weights[at];
-        const float *anchor = anchors + 4 * (size_t)f->bone, *centre = centres + 3 * (at / d->influences);
-        f->scaled = f->weight / anchor[3];
-        for (int k = 0; k < 3; k++)
-            f->offset[k] = (centre[k] - anchor[k]) / anchor[3];
-    }
+    for (size_t i = 0; i < count; i++)
+        m->influences[i].bone = (uint32_t)bones[i];
+    nsdf_block_model_set_influences(m);
     return 0;
 }
 
@@ -264,7 +281,7 @@ int nsdf_block_model_create(nsdf_block_model *model, const nsdf_motion *motion, 
         return -1;
     fill_rest(model, motion, bones, u);
     fill_anchors(model);
-    if (fill_influences(model) == 0 && fill_poses(model, bones, u) == 0)
+    if (create_influences(model) == 0 && fill_poses(model, bones, u) == 0)
         return 0;
     nsdf_block_model_free(model);
     return -1;

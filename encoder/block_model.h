@@ -23,7 +23,8 @@ typedef struct nsdf_block_model {
     size_t term_offset, term_count;   /* of the coefficients that do not move: [degree][block][terms of the degree] */
     uint32_t terms;                   /* of a block, all degrees */
     uint32_t knots, level_knots;      /* of the poses and of the levels; 0 = they do not move */
-    nsdf_block_influence *influences; /* [block][desc.influences], from the values that are not fitted */
+    float radius;                     /* of all blocks at first */
+    nsdf_block_influence *influences; /* [block][desc.influences], see nsdf_block_model_set_influences */
 } nsdf_block_model;
 
 typedef struct nsdf_block_steps {
@@ -32,8 +33,8 @@ typedef struct nsdf_block_steps {
 
 /* Shapes the part for bones found in a motion, with a control point every `knot_spacing` of the u's frames, and one
  * of the coefficients of degree 0 every `level_spacing` (0 = none, they do not move), and fills all values but the
- * coefficients, which are 0.  Everything but poses and coefficients is rounded as the file will hold
- * it.  u[frame_count] ascends from 0 to 1.  Returns 0, or -1 when memory ran out. */
+ * coefficients, which are 0.  Values at rest, which are all but poses and coefficients, are rounded as the file will
+ * hold them.  u[frame_count] ascends from 0 to 1.  Returns 0, or -1 when memory ran out. */
 int nsdf_block_model_create(nsdf_block_model *model, const nsdf_motion *motion, const nsdf_bones *bones,
                             const double *u, uint32_t degree, double knot_spacing, double level_spacing,
                             const nsdf_block_steps *steps);
@@ -44,6 +45,12 @@ int nsdf_block_model_copy(nsdf_block_model *copy, const nsdf_block_model *model)
 
 /* Changes the quantisers' steps; the values stay. */
 void nsdf_block_model_set_steps(nsdf_block_model *model, const nsdf_block_steps *steps);
+
+/* After weights or centres have changed: the influences that follow from them. */
+void nsdf_block_model_set_influences(nsdf_block_model *model);
+
+/* Rounds weights, centres and radii to their steps, with what follows from them.  The weights of a block sum to 1. */
+void nsdf_block_model_round_rest(nsdf_block_model *model);
 
 /* values with poses and coefficients rounded to their steps. */
 void nsdf_block_model_round(const nsdf_block_model *model, const float *values, float *rounded);
