@@ -86,6 +86,8 @@ Look at
   $out/report.json         what the encoder measured
 
 Try next
+  $bin/nsdf-play $out/walker.nsdf --speed 1/8        (needs a display)
+  $bin/nsdf-play $out/walker.nsdf --offscreen walker_%02d.png --fps 24
   $bin/nsdf-dec --info $out/walker.nsdf
   $bin/nsdf-dec --times 0.5 --resolution 256 -o fine.obj $out/walker.nsdf
   $bin/nsdf-enc --preset medium --fps $fps -o better.nsdf $out/input

@@ -6,7 +6,8 @@
 #   --meshlab   also what the test compare_meshlab compares with
 set -euo pipefail
 
-packages=(gcc g++ libc6-dev cmake ninja-build pkg-config zlib1g-dev libzstd-dev libcmocka-dev zstd)
+packages=(gcc g++ libc6-dev cmake ninja-build pkg-config zlib1g-dev libzstd-dev libcmocka-dev zstd
+          libgl-dev libglfw3-dev libosmesa6-dev libpng-dev libstb-dev xvfb xdotool)
 for option in "$@"; do
     case $option in
     --clang) packages+=(clang) ;;
@@ -22,6 +23,7 @@ done
 if ! command -v dpkg-query >/dev/null || ! command -v apt-get >/dev/null; then
     echo "install-deps: this is not Debian; please make sure that these are installed:"
     echo "  a C11 compiler, CMake 3.25, Ninja or make, pkg-config, zlib, zstd, cmocka"
+    echo "  for nsdf-play: GLFW 3.3, OSMesa, libpng, stb, OpenGL headers; for its tests Xvfb and xdotool"
     echo "  for tests/bench: a C++17 compiler, Draco, OpenBLAS, gnuplot"
     exit 0
 fi

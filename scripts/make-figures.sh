@@ -1,12 +1,13 @@
 #!/usr/bin/env bash
-# Draws docs/figures/walker.png: a frame of the input, the same frame decoded, and a moment between two frames.
+# Draws docs/figures/walker.png: a frame of the input, the same frame decoded, and a moment between two frames; and
+# docs/figures/player.png, what nsdf-play shows.
 # usage: make-figures.sh [BIN_FOLDER]        default: build/bin; takes about two minutes
 set -euo pipefail
 
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 case ${1:-} in
 -h | --help)
-    sed -n '2,3s/^# //p' "${BASH_SOURCE[0]}"
+    sed -n '2,4s/^# //p' "${BASH_SOURCE[0]}"
     exit 0
     ;;
 esac
@@ -24,3 +25,5 @@ printf -v input_frame '%s/input/walker_%04d.obj' "$work" "$shown"
 mkdir -p "$root/docs/figures"
 "$bin/nsdf-render" --size 360 --turn 55 --colours c8c2b8,9fb8d0,a9c9a4 -o "$root/docs/figures/walker.png" \
     "$input_frame" "$work"/decoded_*.obj
+"$bin/nsdf-play" -q --size 960x400 --times 0.52 --camera 35,8 --overlay --offscreen "$root/docs/figures/player.png" \
+    "$root/samples/walker.nsdf"

@@ -42,7 +42,7 @@ static nsdf_status bench_open(const char *path, const nsdf_decoder_options *opti
 }
 
 /* The first extraction only warms up. */
-static nsdf_status bench_extract(nsdf_decoder *decoder, const nsdf_mesh_options *options, const dec_times *times) {
+static nsdf_status bench_extract(nsdf_decoder *decoder, const nsdf_mesh_options *options, const nsdf_cli_times *times) {
     const uint32_t count = times->count < MOST_FRAMES ? times->count : MOST_FRAMES;
     double seconds[MOST_FRAMES], triangles = 0;
     nsdf_mesh *mesh = NULL;
@@ -112,7 +112,7 @@ static nsdf_status bench_field(nsdf_decoder *decoder, double t) {
 }
 
 nsdf_status dec_bench_run(nsdf_decoder *decoder, const dec_options *options, const nsdf_decoder_options *open_options,
-                          const nsdf_mesh_options *mesh_options, const dec_times *times) {
+                          const nsdf_mesh_options *mesh_options, const nsdf_cli_times *times) {
     static const uint32_t resolutions[] = {64, 128, 192};
     const uint32_t count = options->resolution ? 1 : 3;
     printf("kernels         %s\n", nsdf_kernel_name(decoder));

@@ -9,7 +9,7 @@
 #include "dec_info.h"
 #include "dec_options.h"
 #include "dec_output.h"
-#include "dec_times.h"
+#include "cli_times.h"
 
 static int is_interrupted(void *user) {
     (void)user;
@@ -110,7 +110,7 @@ static void summarise(const dec_options *options, const nsdf_decoder *decoder, c
 }
 
 static int extract_all(const dec_options *options, nsdf_decoder *decoder, const dec_output *output,
-                       const dec_times *times) {
+                       const nsdf_cli_times *times) {
     nsdf_mesh *mesh = NULL;
     tally t = {.started = dec_clock()};
     int result = dec_output_check_count(output, times->count);
@@ -141,7 +141,7 @@ static int verify(const dec_options *options, nsdf_decoder *decoder) {
     return NSDF_CLI_SUCCESS;
 }
 
-static int bench(const dec_options *options, nsdf_decoder *decoder, const dec_times *times) {
+static int bench(const dec_options *options, nsdf_decoder *decoder, const nsdf_cli_times *times) {
     nsdf_decoder_options open_options;
     nsdf_mesh_options mesh_options;
     set_decoder_options(options, &open_options);
@@ -151,12 +151,12 @@ static int bench(const dec_options *options, nsdf_decoder *decoder, const dec_ti
 }
 
 static int decode_times(const dec_options *options, nsdf_decoder *decoder, const dec_output *output) {
-    dec_times times;
-    int result = dec_times_choose(options, decoder, &times);
+    nsdf_cli_times times;
+    int result = nsdf_cli_times_choose(&options->choice, decoder, &times);
     if (result == NSDF_CLI_SUCCESS)
         result = options->action == DEC_BENCH ? bench(options, decoder, &times)
                                               : extract_all(options, decoder, output, &times);
-    dec_times_free(&times);
+    nsdf_cli_times_free(&times);
     return result;
 }
 

@@ -158,14 +158,14 @@ static int set_value(int option, const char *text, dec_options *o) {
     case OPTION_START_NUMBER:
         return parse_count("--start-number", text, 0, INT32_MAX, &o->start_number);
     case OPTION_FPS:
-        if (nsdf_cli_parse_rational(text, &o->rate_num, &o->rate_den) == 0)
+        if (nsdf_cli_parse_rational(text, &o->choice.rate_num, &o->choice.rate_den) == 0)
             return NSDF_CLI_SUCCESS;
         return bad_value("--fps", text, "a rate such as 50, 29.97 or 60000/1001");
     case OPTION_FRAMES:
-        o->frames = text;
+        o->choice.frames = text;
         return NSDF_CLI_SUCCESS;
     case OPTION_TIMES:
-        o->times = text;
+        o->choice.times = text;
         return NSDF_CLI_SUCCESS;
     case OPTION_RESOLUTION:
         return parse_count("--resolution", text, MIN_RESOLUTION, MAX_RESOLUTION, &o->resolution);
@@ -227,7 +227,7 @@ static int check(dec_options *o) {
         return nsdf_cli_usage_error("--output does not go with --info, --verify or --bench");
     if (o->action == DEC_EXTRACT && (!o->output || !*o->output))
         return nsdf_cli_usage_error("no output: use -o, for example -o out_%%04d.obj");
-    if (o->times && (o->frames || o->rate_num))
+    if (o->choice.times && (o->choice.frames || o->choice.rate_num))
         return nsdf_cli_usage_error("--times does not go with --fps or --frames");
     return NSDF_CLI_SUCCESS;
 }

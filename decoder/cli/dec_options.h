@@ -2,6 +2,7 @@
 #ifndef NSDF_DEC_OPTIONS_H
 #define NSDF_DEC_OPTIONS_H
 
+#include "cli_times.h"
 #include "nsdf/export.h"
 
 typedef enum dec_action {
@@ -14,10 +15,9 @@ typedef enum dec_action {
 
 typedef struct dec_options {
     dec_action action;
-    const char *input, *output;  /* borrowed from argv, like the other strings */
-    const char *times, *frames;  /* as given, or NULL */
-    uint32_t rate_num, rate_den; /* of --fps; rate_num 0 when not given */
-    uint32_t resolution;         /* 0 = the file's */
+    const char *input, *output; /* borrowed from argv, like the other strings */
+    nsdf_cli_choice choice;
+    uint32_t resolution; /* 0 = the file's */
     uint32_t projection, threads, cpu_mask, start_number;
     uint64_t max_memory; /* 0 = the library's default */
     int normals, dense, all_pieces, json;

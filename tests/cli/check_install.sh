@@ -19,6 +19,11 @@ for installed in include/nsdf/decoder.h bin/nsdf-dec bin/nsdf-enc bin/nsdf-cmp s
     share/man/man1/nsdf-cmp.1 share/man/man1/nsdf-enc.1 share/man/man3/nsdf.3; do
     [ -f "$prefix/$installed" ] || { echo "$installed was not installed" >&2; exit 1; }
 done
+if [ -f "$build/bin/nsdf-play" ]; then
+    for installed in bin/nsdf-play share/man/man1/nsdf-play.1; do
+        [ -f "$prefix/$installed" ] || { echo "$installed was not installed" >&2; exit 1; }
+    done
+fi
 pc=$(find "$prefix" -name nsdf.pc)
 [ -n "$pc" ] || { echo "nsdf.pc was not installed" >&2; exit 1; }
 PKG_CONFIG_PATH=$(dirname "$pc")

@@ -40,7 +40,7 @@ allowed_for() {
     encoder-api) echo encoder-api decoder-api ;;
     encoder) echo encoder encoder-api decoder-api format-read format-write ;;
     cli-enc) echo cli cli-enc encoder-api decoder-api ;;
-    player) echo player decoder-api ;;
+    player) echo player cli decoder-api ;;
     samples) echo samples decoder-api ;;
     esac
 }

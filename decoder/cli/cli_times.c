@@ -1,4 +1,4 @@
-#include "dec_times.h"
+#include "cli_times.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -22,15 +22,15 @@ typedef struct sequence {
 
 typedef struct builder {
     sequence sequence;
-    dec_times *times;
+    nsdf_cli_times *times;
     uint32_t capacity;
 } builder;
 
-static int sequence_start(const dec_options *options, const nsdf_decoder *decoder, sequence *s) {
+static int sequence_start(const nsdf_cli_choice *choice, const nsdf_decoder *decoder, sequence *s) {
     nsdf_info info;
     if (nsdf_get_info(decoder, &info) != NSDF_OK)
         return NSDF_CLI_FAILURE;
-    *s = (sequence){decoder, options->rate_num, options->rate_den, info.duration, info.frame_count};
+    *s = (sequence){decoder, choice->rate_num, choice->rate_den, info.duration, info.frame_count};
     if (s->rate_num) {
         const double last = info.duration * s->rate_num / s->rate_den * (1 + end_tolerance);
         if (!(last < MOST_FRAMES)) {
@@ -52,7 +52,7 @@ static double sequence_time(const sequence *s, uint32_t index) {
 }
 
 static int add_time(builder *b, double seconds) {
-    dec_times *times = b->times;
+    nsdf_cli_times *times = b->times;
     if (times->count == b->capacity) {
         if (b->capacity >= MOST_FRAMES) {
             nsdf_cli_error("more than %d frames", MOST_FRAMES);
@@ -91,16 +91,16 @@ static int add_frames(builder *b, const char *frames) {
     return result;
 }
 
-int dec_times_choose(const dec_options *options, const nsdf_decoder *decoder, dec_times *times) {
+int nsdf_cli_times_choose(const nsdf_cli_choice *choice, const nsdf_decoder *decoder, nsdf_cli_times *times) {
     builder b = {.times = times};
     memset(times, 0, sizeof *times);
-    const int result = sequence_start(options, decoder, &b.sequence);
+    const int result = sequence_start(choice, decoder, &b.sequence);
     if (result != NSDF_CLI_SUCCESS)
         return result;
-    return options->times ? nsdf_cli_each_item(options->times, add_second, &b) : add_frames(&b, options->frames);
+    return choice->times ? nsdf_cli_each_item(choice->times, add_second, &b) : add_frames(&b, choice->frames);
 }
 
-void dec_times_free(dec_times *times) {
+void nsdf_cli_times_free(nsdf_cli_times *times) {
     free(times->seconds);
     memset(times, 0, sizeof *times);
 }

@@ -1,0 +1,10 @@
+/* Pictures without a display. */
+#ifndef PLAY_OFFSCREEN_H
+#define PLAY_OFFSCREEN_H
+
+#include "play_options.h"
+
+/* Draws the times that the options choose into files or to standard output.  An exit code, after printing why. */
+int play_offscreen_run(const play_options *options, nsdf_decoder *decoder);
+
+#endif

@@ -1,0 +1,28 @@
+command -v nsdf-play >/dev/null || skip "nsdf-play is not built"
+unset DISPLAY WAYLAND_DISPLAY
+fails 1 "--offscreen" nsdf-play fixture/tiny.nsdf
+fails 2 "no input file" nsdf-play --offscreen x.png
+fails 2 "numbered names" nsdf-play fixture/tiny.nsdf --offscreen x.png
+fails 2 "one picture" nsdf-play fixture/tiny.nsdf --offscreen - --format png
+fails 2 "--size" nsdf-play fixture/tiny.nsdf --offscreen x_%d.png --size 10x10
+fails 2 "--size" nsdf-play fixture/tiny.nsdf --offscreen x_%d.png --size 640
+fails 2 "--camera" nsdf-play fixture/tiny.nsdf --offscreen x_%d.png --camera 10
+fails 2 "--camera" nsdf-play fixture/tiny.nsdf --offscreen x_%d.png --camera 10,90
+fails 2 "--up" nsdf-play fixture/tiny.nsdf --offscreen x_%d.png --up w
+fails 2 "--speed" nsdf-play fixture/tiny.nsdf --speed 1/100
+fails 2 "--mode" nsdf-play fixture/tiny.nsdf --mode shiny
+fails 2 "go with --offscreen" nsdf-play fixture/tiny.nsdf --fps 25
+fails 2 "--transparent" nsdf-play fixture/tiny.nsdf --offscreen - --transparent
+fails 2 "out of range" nsdf-play fixture/tiny.nsdf --offscreen x_%d.png --times 99
+fails 1 missing.nsdf nsdf-play missing.nsdf --offscreen x_%d.png
+head -c 100 fixture/tiny.nsdf >short.nsdf
+fails 1 short.nsdf nsdf-play short.nsdf --offscreen x_%d.png
+fails 1 short.nsdf nsdf-play short.nsdf
+rm short.nsdf
+ls | grep '^x' && give_up "pictures left behind"
+mkdir pictures
+nsdf-play -q fixture/tiny.nsdf --offscreen pictures/p_%02d.png --frames 0-2 --size 64x48
+no_leftovers pictures p_00.png p_01.png p_02.png
+nsdf-play -q fixture/tiny.nsdf --offscreen - --frames 0-2 --size 64x48 >film.y4m
+head -n 1 film.y4m
+size_of film.y4m
