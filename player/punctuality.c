@@ -34,10 +34,11 @@ void play_punctuality_shown(play_punctuality *p, const play_clock *clock, double
     p->fresh = 0;
 }
 
-void play_punctuality_print(const play_punctuality *p, uint64_t skipped, uint32_t resolution) {
+void play_punctuality_print(const play_punctuality *p, uint64_t skipped, uint32_t resolution, double drawing) {
     const double span = p->last - p->began;
-    printf("surfaces shown %llu, %.2f a second; skipped %llu; resolution %u\n", (unsigned long long)p->shown,
-           span > 0.0 ? ((double)p->shown - 1.0) / span : 0.0, (unsigned long long)skipped, (unsigned)resolution);
+    printf("surfaces shown %llu, %.2f a second; skipped %llu; resolution %u; drawing %.1f ms\n",
+           (unsigned long long)p->shown, span > 0.0 ? ((double)p->shown - 1.0) / span : 0.0,
+           (unsigned long long)skipped, (unsigned)resolution, 1e3 * drawing);
     printf("off the clock: %.1f ms at most, %.1f ms on average\n", 1e3 * p->worst,
            p->judged ? 1e3 * p->total / (double)p->judged : 0.0);
     printf("slowest jump: %.1f ms\n", 1e3 * p->slowest_jump);

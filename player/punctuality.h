@@ -22,6 +22,7 @@ play_punctuality play_punctuality_make(void);
 void play_punctuality_jump(play_punctuality *p, double wall);
 /* A new surface, of the time `time`, is on the screen at `wall`. */
 void play_punctuality_shown(play_punctuality *p, const play_clock *clock, double time, double wall);
-void play_punctuality_print(const play_punctuality *p, uint64_t skipped, uint32_t resolution);
+/* drawing: seconds that it takes. */
+void play_punctuality_print(const play_punctuality *p, uint64_t skipped, uint32_t resolution, double drawing);
 
 #endif

@@ -7,7 +7,13 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { SHADOW_SIZE = 1024, BELOW_SIZE = 256, GROUND_SIZE = 192, GROUND_REACH = 2 /* radii of the box */ };
+enum {
+    SHADOW_SIZE = 1024,
+    BELOW_SIZE = 256,
+    GROUND_SIZE = 256,
+    HASTY_GROUND_SIZE = 128,
+    GROUND_REACH = 2 /* radii of the box */
+};
 
 typedef enum program_use { DEPTH, SURFACE, GROUND_MAP, GROUND, BACKGROUND, OVERLAY, PROGRAMS } program_use;
 
@@ -98,7 +104,6 @@ play_renderer *play_renderer_create(play_gl_lookup lookup, int samples, char *wh
         free(r);
         return NULL;
     }
-    play_renderer_set_samples(r, samples);
     if (create_programs(r, why, size) != 0) {
         play_renderer_free(r);
         return NULL;
@@ -107,8 +112,7 @@ play_renderer *play_renderer_create(play_gl_lookup lookup, int samples, char *wh
         create_mesh(&r->gl, &r->meshes[i]);
     create_flat(r);
     if (play_depth_map_create(&r->gl, &r->shadow, SHADOW_SIZE, 1) != 0 ||
-        play_depth_map_create(&r->gl, &r->below, BELOW_SIZE, 0) != 0 ||
-        play_grey_map_create(&r->gl, &r->ground, GROUND_SIZE) != 0) {
+        play_depth_map_create(&r->gl, &r->below, BELOW_SIZE, 0) != 0 || play_renderer_set_samples(r, samples) != 0) {
         snprintf(why, size, "the OpenGL driver cannot draw into textures");
         play_renderer_free(r);
         return NULL;
@@ -116,12 +120,14 @@ play_renderer *play_renderer_create(play_gl_lookup lookup, int samples, char *wh
     return r;
 }
 
-void play_renderer_set_samples(play_renderer *r, int samples) {
+int play_renderer_set_samples(play_renderer *r, int samples) {
     GLint most = 1;
     r->gl.GetIntegerv(GL_MAX_SAMPLES, &most);
     r->samples = samples < most ? samples : most;
     if (r->samples < 2)
         r->samples = 0; /* drivers may make four of one */
+    play_grey_map_free(&r->gl, &r->ground);
+    return play_grey_map_create(&r->gl, &r->ground, r->samples ? GROUND_SIZE : HASTY_GROUND_SIZE);
 }
 
 void play_renderer_free(play_renderer *r) {
@@ -383,14 +389,14 @@ static void draw_overlay(const play_renderer *r, const play_overlay *o, int widt
 int play_renderer_draw(play_renderer *r, const play_scene *scene, const play_overlay *overlay, int width, int height) {
     const play_gl *gl = &r->gl;
     const view v = make_view(scene, (double)width / height);
-    if (play_canvas_resize(gl, &r->canvas, width, height, r->samples) != 0)
+    if (r->samples > 0 && play_canvas_resize(gl, &r->canvas, width, height, r->samples) != 0)
         return -1;
     draw_depth(r, &r->shadow, &v.light_of_world);
     if (scene->ground) {
         draw_depth(r, &r->below, &v.below_of_world);
         draw_ground_map(r, &v);
     }
-    gl->BindFramebuffer(GL_FRAMEBUFFER, r->canvas.framebuffer);
+    gl->BindFramebuffer(GL_FRAMEBUFFER, r->samples > 0 ? r->canvas.framebuffer : 0);
     gl->Viewport(0, 0, width, height);
     draw_background(r, scene->transparent);
     if (scene->ground)
@@ -398,10 +404,11 @@ int play_renderer_draw(play_renderer *r, const play_scene *scene, const play_ove
     draw_surface(r, scene, &v);
     if (scene->ghost)
         draw_ghost(r);
-    gl->BindFramebuffer(GL_READ_FRAMEBUFFER, r->canvas.framebuffer);
-    gl->BindFramebuffer(GL_DRAW_FRAMEBUFFER, 0);
-    gl->BlitFramebuffer(0, 0, width, height, 0, 0, width, height, GL_COLOR_BUFFER_BIT, GL_NEAREST);
-    gl->BindFramebuffer(GL_FRAMEBUFFER, 0);
+    if (r->samples > 0) {
+        gl->BindFramebuffer(GL_DRAW_FRAMEBUFFER, 0);
+        gl->BlitFramebuffer(0, 0, width, height, 0, 0, width, height, GL_COLOR_BUFFER_BIT, GL_NEAREST);
+        gl->BindFramebuffer(GL_FRAMEBUFFER, 0);
+    }
     draw_overlay(r, overlay, width, height);
     return 0;
 }

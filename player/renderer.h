@@ -28,8 +28,9 @@ play_renderer *play_renderer_create(play_gl_lookup lookup, int samples, char *wh
 /* The context must be current. */
 void play_renderer_free(play_renderer *renderer);
 
-/* Another number of samples from the next picture on. */
-void play_renderer_set_samples(play_renderer *renderer, int samples);
+/* Another number of samples from the next picture on; with one, shadows on the ground are coarser, too.  0, or -1 when
+ * the driver refuses. */
+int play_renderer_set_samples(play_renderer *renderer, int samples);
 
 /* Copies the arrays; a view without vertices empties the mesh.  Meshes without normals are drawn flat. */
 void play_renderer_set_mesh(play_renderer *renderer, int which, const nsdf_mesh_view *view);

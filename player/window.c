@@ -479,7 +479,10 @@ static int create_renderer(app *a) {
         nsdf_cli_error("%s", why);
         return -1;
     }
-    play_renderer_set_samples(a->renderer, samples_for(a));
+    if (play_renderer_set_samples(a->renderer, samples_for(a)) != 0) {
+        nsdf_cli_error("the OpenGL driver cannot draw into textures");
+        return -1;
+    }
     nsdf_cli_verbose("%s", play_renderer_name(a->renderer));
     return 0;
 }
@@ -537,7 +540,7 @@ int play_window_run(const play_options *options) {
         run(&a);
         if (options->statistics && a.session.path) {
             const play_queue_state state = play_queue_get_state(a.session.queue);
-            play_punctuality_print(&a.punctuality, state.skipped, state.resolution);
+            play_punctuality_print(&a.punctuality, state.skipped, state.resolution, a.draw_seconds);
         }
     }
     play_session_close(&a.session);
