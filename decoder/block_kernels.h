@@ -1,7 +1,8 @@
 /* The inner loops of block evaluation, one table per instruction set.
  *
- * Points are worked on in tiles of NSDF_TILE.  The tables are compiled from the same C (block_kernels_impl.h) without
- * fused multiply and add, and every lane gets the same operations in the same order: all tables give the same bits. */
+ * Points within balls are worked on in tiles of NSDF_TILE, others one by one with blocks side by side.  The tables are
+ * compiled from the same C (block_kernels_impl.h) without fused multiply and add, and every lane gets the same
+ * operations in the same order: all tables give the same bits. */
 #ifndef NSDF_BLOCK_KERNELS_H
 #define NSDF_BLOCK_KERNELS_H
 
@@ -19,12 +20,16 @@ typedef struct nsdf_block_kernels {
     /* Adds a block to the sums at the points x[3][NSDF_TILE]; slopes only if wanted. */
     void (*add)(const nsdf_block *block, uint32_t degree, int slopes, const float x[3][NSDF_TILE],
                 nsdf_block_sums *sums);
-    /* The block whose centre is nearest, of equal ones the first, and its squared distance.  Where none is nearer than
-     * `square` says at first, `nearest` is `count`. */
-    void (*find_nearest)(const nsdf_block_place *places, uint32_t count, const float x[3][NSDF_TILE],
-                         float square[NSDF_TILE], uint32_t nearest[NSDF_TILE]);
+    /* Lists the blocks whose boxes meet that of the points, ascending, and returns how many there are; most + 1 when
+     * there are more than `most`. */
+    uint32_t (*meet)(const nsdf_block_boxes *boxes, const nsdf_block_boxes *group_boxes, uint32_t groups,
+                     const float x[3][NSDF_TILE], uint32_t most, uint32_t *list);
+    /* The block whose centre is nearest to a point, of equal ones the first, and its squared distance.  Where none is
+     * nearer than *square says at first, the answer is `groups` * NSDF_BLOCK_GROUP. */
+    uint32_t (*find_nearest)(const nsdf_block_group *group, const nsdf_group_balls *balls, uint32_t groups,
+                             const float x[3], float *square);
     /* Generalised winding number of the blocks as oriented elements of surface (Barill et al. 2018, eq. 11). */
-    void (*wind)(const nsdf_block_place *places, uint32_t count, const float x[3][NSDF_TILE], float sum[NSDF_TILE]);
+    float (*wind)(const nsdf_block_group *group, uint32_t groups, const float x[3]);
 } nsdf_block_kernels;
 
 /* The best table among those that `features` (NSDF_CPU_...) allows; plain C for 0. */

@@ -21,20 +21,40 @@ typedef struct nsdf_block {
     float terms[NSDF_BLOCK_TERMS]; /* coefficients of monomials, see blocks_compose.c */
 } nsdf_block;
 
-/* A block as an element of surface. */
-typedef struct nsdf_block_place {
-    float centre[3];
-    float dipole[3]; /* outward normal times the area that the block stands for, over 4 pi; 0 when it is not there */
-} nsdf_block_place;
+enum { NSDF_BLOCK_GROUP = 16 };
+
+/* Blocks as elements of surface, side by side in their order. */
+typedef struct nsdf_block_group {
+    float centre[3][NSDF_BLOCK_GROUP]; /* further than any domain is long when a block is not there */
+    /* outward normal times the area that the block stands for, over 4 pi; 0 when it is not there */
+    float dipole[3][NSDF_BLOCK_GROUP];
+} nsdf_block_group;
+
+/* Balls that hold the centres of a group's blocks, of as many groups side by side; far away where no block is there. */
+typedef struct nsdf_group_balls {
+    float middle[3][NSDF_BLOCK_GROUP], radius[NSDF_BLOCK_GROUP];
+} nsdf_group_balls;
+
+/* Boxes side by side: of blocks' balls, or of groups; empty (low above high) where no block is there. */
+typedef struct nsdf_block_boxes {
+    float low[3][NSDF_BLOCK_GROUP], high[3][NSDF_BLOCK_GROUP];
+} nsdf_block_boxes;
+
+/* How many groups of `count`. */
+static inline uint32_t nsdf_block_groups(uint32_t count) {
+    return (count + NSDF_BLOCK_GROUP - 1) / NSDF_BLOCK_GROUP;
+}
 
 typedef struct nsdf_blocks {
     const nsdf_blocks_desc *desc;
-    const float *values;      /* the part's parameters */
-    nsdf_block *blocks;       /* [block_count] */
-    int moving;               /* some coefficients are splines over time */
-    double *bones;            /* [bone_count][12]: [3][4] rows of M and the centre's position */
-    nsdf_block_place *places; /* [block_count] */
-    float (*reach)[6];        /* [block_count]: box of the ball: low, high */
+    const float *values;                   /* the part's parameters */
+    nsdf_block *blocks;                    /* [block_count] */
+    int moving;                            /* some coefficients are splines over time */
+    double *bones;                         /* [bone_count][12]: [3][4] rows of M and the centre's position */
+    nsdf_block_group *groups;              /* [nsdf_block_groups(block_count)] */
+    nsdf_group_balls *balls;               /* [nsdf_block_groups(of those)] */
+    nsdf_block_boxes *boxes, *group_boxes; /* the same: of blocks, of groups */
+    float (*reach)[6];                     /* [block_count]: box of the ball: low, high */
     float low[3], inverse_cell[3];
     uint32_t cells[3];
     uint32_t *start; /* [cells + 1]: where a cell's entries begin */
@@ -59,6 +79,12 @@ void nsdf_blocks_evaluate(const nsdf_blocks *blocks, const struct nsdf_block_ker
 /* The same values but for the sign outside of the balls, which is left out; stored, not added. */
 void nsdf_blocks_measure(const nsdf_blocks *blocks, const struct nsdf_block_kernels *kernels, size_t count,
                          size_t stride, const float *xyz, float *value);
+
+/* blocks_groups.c: a block, whose reach is set, into its group, one that is not there out of it, and balls and boxes of
+ * groups once all are in theirs. */
+void nsdf_blocks_set_place(nsdf_blocks *blocks, uint32_t k, const float centre[3], const float dipole[3]);
+void nsdf_blocks_remove_place(nsdf_blocks *blocks, uint32_t k);
+void nsdf_blocks_bound_groups(nsdf_blocks *blocks);
 
 /* blocks_cells.c: fills start and entries from reach. */
 void nsdf_blocks_sort(nsdf_blocks *blocks);

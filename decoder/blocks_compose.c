@@ -20,7 +20,11 @@ enum { MOST_CELLS = NSDF_BLOCK_CELLS * NSDF_BLOCK_CELLS * NSDF_BLOCK_CELLS };
 
 uint64_t nsdf_blocks_storage(const nsdf_blocks_desc *desc) {
     const uint64_t k = desc->block_count;
-    return rounded_up(k * sizeof(nsdf_block)) + rounded_up(k * sizeof(nsdf_block_place)) +
+    const uint32_t groups = nsdf_block_groups(desc->block_count);
+    return rounded_up(k * sizeof(nsdf_block)) + rounded_up(groups * sizeof(nsdf_block_group)) +
+           rounded_up(nsdf_block_groups(groups) * sizeof(nsdf_group_balls)) +
+           rounded_up(groups * sizeof(nsdf_block_boxes)) +
+           rounded_up(nsdf_block_groups(groups) * sizeof(nsdf_block_boxes)) +
            rounded_up(12 * sizeof(double) * (uint64_t)desc->bone_count) + rounded_up(k * 6 * sizeof(float)) +
            rounded_up((MOST_CELLS + 1) * sizeof(uint32_t)) + rounded_up(entry_room(desc) * sizeof(uint32_t));
 }
@@ -95,12 +99,16 @@ static void make_terms(const nsdf_blocks *b, const coefficients_at *at, uint32_t
 void nsdf_blocks_init(nsdf_blocks *blocks, const nsdf_blocks_desc *desc, const float *values, const float domain_min[3],
                       const float domain_max[3], void *storage) {
     const uint64_t k = desc->block_count;
+    const uint32_t groups = nsdf_block_groups(desc->block_count);
     char *rest = storage;
     memset(blocks, 0, sizeof *blocks);
     blocks->desc = desc;
     blocks->values = values;
     blocks->blocks = cut(&rest, k * sizeof(nsdf_block));
-    blocks->places = cut(&rest, k * sizeof(nsdf_block_place));
+    blocks->groups = cut(&rest, groups * sizeof(nsdf_block_group));
+    blocks->balls = cut(&rest, nsdf_block_groups(groups) * sizeof(nsdf_group_balls));
+    blocks->boxes = cut(&rest, groups * sizeof(nsdf_block_boxes));
+    blocks->group_boxes = cut(&rest, nsdf_block_groups(groups) * sizeof(nsdf_block_boxes));
     blocks->bones = cut(&rest, 12 * sizeof(double) * (uint64_t)desc->bone_count);
     blocks->reach = cut(&rest, k * 6 * sizeof(float));
     blocks->start = cut(&rest, (MOST_CELLS + 1) * sizeof(uint32_t));
@@ -201,20 +209,20 @@ static void reach_of(const double p[12], double radius, float reach[6]) {
 
 /* At rest the block stands for the area pi r^2 / 5 across the slope g of its polynomial's linear part; the map M = U^-1
  * / r takes the area vector n A to det(M) M^-T n A = U^T n A / (r^2 det U).  Over 4 pi. */
-static void place_block(const nsdf_block *block, const double pose[12], nsdf_block_place *place) {
+static void place_block(nsdf_blocks *blocks, uint32_t k, const double pose[12]) {
+    const nsdf_block *block = &blocks->blocks[k];
+    float centre[3], dipole[3];
     const float *m = block->map, *g = block->terms + 1;
     const float length = sqrtf(g[0] * g[0] + g[1] * g[1] + g[2] * g[2]);
     const float det =
         m[0] * (m[5] * m[10] - m[6] * m[9]) - m[1] * (m[4] * m[10] - m[6] * m[8]) + m[2] * (m[4] * m[9] - m[5] * m[8]);
     const float scale = length > 0.0f ? block->life / (20.0f * length * det) : 0.0f;
     for (int axis = 0; axis < 3; axis++) {
-        place->dipole[axis] = scale * (m[axis] * g[0] + m[4 + axis] * g[1] + m[8 + axis] * g[2]);
-        place->centre[axis] = (float)pose[4 * axis + 3];
+        dipole[axis] = scale * (m[axis] * g[0] + m[4 + axis] * g[1] + m[8 + axis] * g[2]);
+        centre[axis] = (float)pose[4 * axis + 3];
     }
+    nsdf_blocks_set_place(blocks, k, centre, dipole);
 }
-
-/* Where blocks are that are not there: further than any domain is long. */
-static const nsdf_block_place nowhere = {{1e9f, 1e9f, 1e9f}, {0.0f, 0.0f, 0.0f}};
 
 void nsdf_blocks_compose(nsdf_blocks *blocks, double u) {
     const nsdf_blocks_desc *desc = blocks->desc;
@@ -229,7 +237,7 @@ void nsdf_blocks_compose(nsdf_blocks *blocks, double u) {
         double pose[12];
         block->life = (float)life_at(lives + 2 * (size_t)k, (double)desc->fade, u);
         block->radius = 0.0f;
-        blocks->places[k] = nowhere;
+        nsdf_blocks_remove_place(blocks, k);
         if (!(block->life > 0.0f))
             continue;
         blend_pose(blocks, k, pose);
@@ -239,7 +247,8 @@ void nsdf_blocks_compose(nsdf_blocks *blocks, double u) {
         if (blocks->moving)
             make_terms(blocks, &at, k, block->terms);
         reach_of(pose, (double)radii[k], blocks->reach[k]);
-        place_block(block, pose, &blocks->places[k]);
+        place_block(blocks, k, pose);
     }
+    nsdf_blocks_bound_groups(blocks);
     nsdf_blocks_sort(blocks);
 }

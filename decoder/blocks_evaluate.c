@@ -8,8 +8,8 @@
 /* Further than any domain is long. */
 static const float nowhere = 64.0f;
 
-/* Tiles that meet more cells than this, or fewer points than that in common, go point by point. */
-enum { MOST_CELLS = 64, MOST_WORDS = NSDF_MAX_BLOCKS / 64 };
+/* Tiles that may meet more balls go point by point. */
+enum { MOST_BLOCKS = 256 };
 
 typedef struct tile {
     float x[3][NSDF_TILE], f[NSDF_TILE], slope[3][NSDF_TILE];
@@ -62,124 +62,64 @@ static void add_point(const nsdf_blocks *b, size_t p, int slopes, tile *t) {
     }
 }
 
-typedef struct point_box {
-    float low[3], high[3];
-} point_box;
-
-static point_box box_of(const tile *t) {
-    point_box box;
-    for (int axis = 0; axis < 3; axis++) {
-        box.low[axis] = box.high[axis] = t->x[axis][0];
-        for (int p = 1; p < NSDF_TILE; p++) {
-            box.low[axis] = t->x[axis][p] < box.low[axis] ? t->x[axis][p] : box.low[axis];
-            box.high[axis] = t->x[axis][p] > box.high[axis] ? t->x[axis][p] : box.high[axis];
-        }
-    }
-    return box;
-}
-
-/* The blocks listed in the cells that the box meets, as bits; returns 0 when there are too many cells. */
-static int blocks_in_box(const nsdf_blocks *b, const point_box *box, uint64_t *set) {
-    uint32_t first[3], last[3], count = 1;
-    for (int axis = 0; axis < 3; axis++) {
-        first[axis] = cell_of(b, box->low[axis], axis);
-        last[axis] = cell_of(b, box->high[axis], axis);
-        count *= last[axis] - first[axis] + 1;
-    }
-    if (count > MOST_CELLS)
-        return 0;
-    memset(set, 0, (b->desc->block_count + 63) / 64 * sizeof *set);
-    for (uint32_t z = first[2]; z <= last[2]; z++)
-        for (uint32_t y = first[1]; y <= last[1]; y++) {
-            const uint32_t *start = b->start + (z * b->cells[1] + y) * b->cells[0];
-            for (uint32_t i = start[first[0]]; i < start[last[0] + 1]; i++)
-                set[b->entries[i] / 64] |= (uint64_t)1 << b->entries[i] % 64;
-        }
-    return 1;
-}
-
-static int is_apart(const float reach[6], const point_box *box) {
-    for (int axis = 0; axis < 3; axis++)
-        if (reach[axis] > box->high[axis] || reach[3 + axis] < box->low[axis])
-            return 1;
-    return 0;
-}
-
-static uint32_t lowest_bit(uint64_t bits) {
-    uint32_t n = 0;
-    for (uint32_t half = 32; half > 0; half /= 2)
-        if (!(bits << (64 - half))) {
-            bits >>= half;
-            n += half;
-        }
-    return n;
-}
-
 /* Blocks in ascending order, as the sums are defined. */
 static void add_tile(const nsdf_blocks *b, const nsdf_block_kernels *kernels, size_t count, int slopes, tile *t) {
-    uint64_t set[MOST_WORDS];
-    const point_box box = box_of(t);
+    uint32_t list[MOST_BLOCKS];
+    const uint32_t groups = nsdf_block_groups(b->desc->block_count);
+    const uint32_t met =
+        kernels->meet(b->boxes, b->group_boxes, groups, (const float(*)[NSDF_TILE])t->x, MOST_BLOCKS, list);
     memset(&t->sums, 0, sizeof t->sums);
-    if (!blocks_in_box(b, &box, set)) {
+    if (met > MOST_BLOCKS) {
         for (size_t p = 0; p < count; p++)
             add_point(b, p, slopes, t);
         return;
     }
-    for (uint32_t word = 0; word < (b->desc->block_count + 63) / 64; word++)
-        for (uint64_t bits = set[word]; bits; bits &= bits - 1) {
-            const uint32_t k = 64 * word + lowest_bit(bits);
-            if (!is_apart(b->reach[k], &box))
-                kernels->add(&b->blocks[k], b->desc->degree, slopes, (const float(*)[NSDF_TILE])t->x, &t->sums);
-        }
+    for (uint32_t i = 0; i < met; i++)
+        kernels->add(&b->blocks[list[i]], b->desc->degree, slopes, (const float(*)[NSDF_TILE])t->x, &t->sums);
 }
 
 /* ---- Outside ----------------------------------------------------------------------------------------------- */
+
+/* A point that no ball holds: |f| from the nearest centre, less than the distance to the surface where the balls cover
+ * it. */
+typedef struct far_point {
+    float x[3];
+    uint32_t nearest;
+    float distance; /* of the nearest centre */
+    float size;     /* |f| */
+} far_point;
+
+static far_point measure_far(const nsdf_blocks *b, const nsdf_block_kernels *kernels, const tile *t, uint32_t p) {
+    far_point far = {{t->x[0][p], t->x[1][p], t->x[2][p]}, 0, 0.0f, 0.0f};
+    float square = nowhere * nowhere;
+    far.nearest = kernels->find_nearest(b->groups, b->balls, nsdf_block_groups(b->desc->block_count), far.x, &square);
+    const float d = far.distance = sqrtf(square);
+    const float radius = far.nearest < b->desc->block_count ? b->blocks[far.nearest].radius : 0.0f;
+    far.size = d - 0.5f * radius > 0.25f * radius ? d - 0.5f * radius : 0.25f * radius;
+    return far;
+}
+
+/* The sign tells on which side of the blocks the point is.  The slope of |f| is along the way from the nearest centre,
+ * 0 where |f| is at its least or no block is there. */
+static void set_far(const nsdf_blocks *b, const nsdf_block_kernels *kernels, uint32_t p, tile *t) {
+    const far_point far = measure_far(b, kernels, t, p);
+    const float wound = kernels->wind(b->groups, nsdf_block_groups(b->desc->block_count), far.x);
+    const float sign = wound > 0.5f ? -1.0f : 1.0f;
+    const uint32_t k = far.nearest;
+    const int slopes = k < b->desc->block_count && far.size > 0.25f * b->blocks[k].radius;
+    t->f[p] = sign * far.size;
+    for (int axis = 0; axis < 3; axis++)
+        t->slope[axis][p] =
+            slopes ? sign * (far.x[axis] - b->groups[k / NSDF_BLOCK_GROUP].centre[axis][k % NSDF_BLOCK_GROUP]) /
+                         far.distance
+                   : 0.0f;
+}
 
 /* Points of a tile that no ball holds. */
 typedef struct far_points {
     size_t count;
     uint32_t list[NSDF_TILE]; /* their places in the tile */
-    float x[3][NSDF_TILE];
-    uint32_t nearest[NSDF_TILE];
-    float distance[NSDF_TILE]; /* of the nearest centre */
-    float size[NSDF_TILE];     /* |f| */
 } far_points;
-
-/* |f| from the nearest centre: less than the distance to the surface, where the balls cover it. */
-static void measure_far(const nsdf_blocks *b, const nsdf_block_kernels *kernels, const tile *t, far_points *far) {
-    float square[NSDF_TILE];
-    for (size_t i = 0; i < NSDF_TILE; i++) {
-        for (int axis = 0; axis < 3; axis++)
-            far->x[axis][i] = t->x[axis][far->list[i < far->count ? i : 0]];
-        square[i] = nowhere * nowhere;
-    }
-    kernels->find_nearest(b->places, b->desc->block_count, (const float(*)[NSDF_TILE])far->x, square, far->nearest);
-    for (size_t i = 0; i < far->count; i++) {
-        const float d = far->distance[i] = sqrtf(square[i]);
-        const float radius = far->nearest[i] < b->desc->block_count ? b->blocks[far->nearest[i]].radius : 0.0f;
-        far->size[i] = d - 0.5f * radius > 0.25f * radius ? d - 0.5f * radius : 0.25f * radius;
-    }
-}
-
-/* The slope of |f|: along the way from the nearest centre, 0 where |f| is at its least or no block is there. */
-static void set_far_slope(const nsdf_blocks *b, const far_points *far, size_t i, float sign, tile *t) {
-    const uint32_t p = far->list[i], k = far->nearest[i];
-    const int slopes = k < b->desc->block_count && far->size[i] > 0.25f * b->blocks[k].radius;
-    for (int axis = 0; axis < 3; axis++)
-        t->slope[axis][p] = slopes ? sign * (far->x[axis][i] - b->places[k].centre[axis]) / far->distance[i] : 0.0f;
-}
-
-/* Signs tell on which side of the blocks the points are. */
-static void set_far(const nsdf_blocks *b, const nsdf_block_kernels *kernels, tile *t, far_points *far) {
-    float wound[NSDF_TILE];
-    measure_far(b, kernels, t, far);
-    kernels->wind(b->places, b->desc->block_count, (const float(*)[NSDF_TILE])far->x, wound);
-    for (size_t i = 0; i < far->count; i++) {
-        const float sign = wound[i] > 0.5f ? -1.0f : 1.0f;
-        t->f[far->list[i]] = sign * far->size[i];
-        set_far_slope(b, far, i, sign, t);
-    }
-}
 
 /* Values, and slopes if wanted, at the points that some ball holds; lists the others. */
 static void set_near(const nsdf_blocks *b, const nsdf_block_kernels *kernels, size_t count, int slopes, tile *t,
@@ -210,8 +150,8 @@ void nsdf_blocks_evaluate(const nsdf_blocks *blocks, const nsdf_block_kernels *k
     far_points far;
     gather(count, stride, xyz, &t);
     set_near(blocks, kernels, count, gradient != NULL, &t, &far);
-    if (far.count > 0)
-        set_far(blocks, kernels, &t, &far);
+    for (size_t i = 0; i < far.count; i++)
+        set_far(blocks, kernels, far.list[i], &t);
     for (size_t p = 0; p < count; p++) {
         value[p] += t.f[p];
         for (size_t axis = 0; gradient && axis < 3; axis++)
@@ -225,9 +165,7 @@ void nsdf_blocks_measure(const nsdf_blocks *blocks, const nsdf_block_kernels *ke
     far_points far;
     gather(count, stride, xyz, &t);
     set_near(blocks, kernels, count, 0, &t, &far);
-    if (far.count > 0)
-        measure_far(blocks, kernels, &t, &far);
     for (size_t i = 0; i < far.count; i++)
-        t.f[far.list[i]] = far.size[i];
+        t.f[far.list[i]] = measure_far(blocks, kernels, &t, far.list[i]).size;
     memcpy(value, t.f, count * sizeof *value);
 }

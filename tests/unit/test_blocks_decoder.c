@@ -362,6 +362,78 @@ static void test_all_tables_and_tiles_give_the_same_bits(void **state) {
     sample_free(&shell);
 }
 
+/* ---- Searches by groups ---------------------------------------------------------------------------------- */
+
+static void assert_nearest(const nsdf_blocks *b, const nsdf_block_kernels *kernels, const float x[3]) {
+    const uint32_t count = b->desc->block_count, groups = nsdf_block_groups(count);
+    float least = 64.0f * 64.0f, square = 64.0f * 64.0f;
+    uint32_t expected = groups * NSDF_BLOCK_GROUP;
+    for (uint32_t k = 0; k < count; k++) {
+        float d = 0.0f;
+        for (int axis = 0; axis < 3; axis++) {
+            const float along = b->groups[k / NSDF_BLOCK_GROUP].centre[axis][k % NSDF_BLOCK_GROUP] - x[axis];
+            d += along * along;
+        }
+        expected = d < least ? k : expected;
+        least = d < least ? d : least;
+    }
+    assert_int_equal(kernels->find_nearest(b->groups, b->balls, groups, x, &square), expected);
+    assert_true(square == least);
+}
+
+/* Which balls' boxes a tile's box meets, asked one by one. */
+static void assert_met(const nsdf_blocks *b, const nsdf_block_kernels *kernels, const float x[3][NSDF_TILE]) {
+    uint32_t list[1000], count = 0;
+    const uint32_t groups = nsdf_block_groups(b->desc->block_count);
+    const uint32_t met = kernels->meet(b->boxes, b->group_boxes, groups, x, 1000, list);
+    for (uint32_t k = 0; k < b->desc->block_count; k++) {
+        int apart = !(b->blocks[k].radius > 0.0f);
+        for (int axis = 0; axis < 3; axis++) {
+            float low_side = x[axis][0], high_side = x[axis][0];
+            for (int p = 1; p < NSDF_TILE; p++) {
+                low_side = fminf(low_side, x[axis][p]);
+                high_side = fmaxf(high_side, x[axis][p]);
+            }
+            apart |= b->reach[k][axis] > high_side || b->reach[k][3 + axis] < low_side;
+        }
+        if (!apart)
+            assert_true(count < met && list[count++] == k);
+    }
+    assert_int_equal(count, met);
+    if (met > 0) {
+        assert_int_equal(kernels->meet(b->boxes, b->group_boxes, groups, x, met, list), met);
+        assert_int_equal(kernels->meet(b->boxes, b->group_boxes, groups, x, met - 1, list), met);
+    }
+}
+
+/* Of many groups, of one that is not full, and with blocks that are not there. */
+static void test_searches_by_groups_leave_nothing_out(void **state) {
+    static const uint32_t counts[] = {1, 15, 16, 17, 200, 600};
+    const tables t = find_tables();
+    uint64_t random = 77;
+    (void)state;
+    for (size_t n = 0; n < sizeof counts / sizeof *counts; n++) {
+        sample_blocks s = sample_random((sample_shape){counts[n], 5, 3, 1, 5}, 5 + n);
+        opened o = open_blocks(&s);
+        for (int round = 0; round < 30; round++) {
+            const float size = round % 3 == 0 ? 0.02f : round % 3 == 1 ? 0.3f : 3.0f;
+            float x[3][NSDF_TILE], point[3];
+            nsdf_blocks_compose(&o.blocks, round / 29.0);
+            for (int axis = 0; axis < 3; axis++) {
+                point[axis] = (float)sample_between(&random, -0.6, 0.6);
+                for (int p = 0; p < NSDF_TILE; p++)
+                    x[axis][p] = point[axis] + size * (float)sample_between(&random, -0.5, 0.5);
+            }
+            for (int i = 0; i < t.count; i++) {
+                assert_nearest(&o.blocks, t.list[i], point);
+                assert_met(&o.blocks, t.list[i], (const float(*)[NSDF_TILE])x);
+            }
+        }
+        free(o.storage);
+        sample_free(&s);
+    }
+}
+
 static void assert_measure(const sample_blocks *s, const nsdf_blocks *b, double u, const float *xyz, tally *n) {
     const tables t = find_tables();
     const tile_result r = evaluate_tile(b, t.list[0], xyz);
@@ -564,6 +636,7 @@ int main(void) {
         cmocka_unit_test(test_far_from_all_balls_the_nearest_centre_counts),
         cmocka_unit_test(test_blocks_around_a_point_make_it_negative),
         cmocka_unit_test(test_all_tables_and_tiles_give_the_same_bits),
+        cmocka_unit_test(test_searches_by_groups_leave_nothing_out),
         cmocka_unit_test(test_measures_are_values_without_the_sign_outside),
         cmocka_unit_test(test_the_mesh_is_the_same_without_measuring),
         cmocka_unit_test(test_results_do_not_depend_on_cells),
