@@ -85,22 +85,24 @@ void nsdf_encoder_options_init(nsdf_encoder_options *options, nsdf_preset preset
     if (preset == NSDF_PRESET_MEDIUM) {
         o.steps = 40000;
         o.blocks = 1400;
-        o.bones = 95;
-        o.block_steps = 60000;
-        o.level_spacing = 8.0;
+        o.bones = 74;
+        o.block_steps = 40000;
+        o.block_knot_spacing = 1.4;
+        o.level_spacing = 12.0;
         o.pose_step = 1.1e-4;
         o.coefficient_step = 2.5e-4;
-        o.motion_rate = 2e-5;
+        o.motion_rate = 2.6e-5;
     }
     if (preset == NSDF_PRESET_SLOW) {
         o.steps = 100000;
         o.blocks = 2600;
-        o.bones = 180;
-        o.block_steps = 150000;
-        o.level_spacing = 6.0;
-        o.pose_step = 7e-5;
-        o.coefficient_step = 1.5e-4;
-        o.motion_rate = 6e-6;
+        o.bones = 100;
+        o.block_steps = 120000;
+        o.block_knot_spacing = 1.0;
+        o.level_spacing = 9.0;
+        o.pose_step = 9e-5;
+        o.coefficient_step = 2e-4;
+        o.motion_rate = 1.4e-5;
         o.width = 128;
         o.learning_rate = 1e-3;
     }

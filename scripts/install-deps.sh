@@ -1,17 +1,19 @@
 #!/usr/bin/env bash
 # Installs what the build and the tests need, on Debian and its relatives; says what is needed elsewhere.
-# usage: install-deps.sh [--clang] [--bench] [--meshlab]
+# usage: install-deps.sh [--clang] [--bench] [--meshlab] [--gltf]
 #   --clang     also the second compiler, for scripts/test.sh --all
 #   --bench     also what the programs in tests/bench compare with and draw with
 #   --meshlab   also what the test compare_meshlab compares with
+#   --gltf      also what the test gltf_elsewhere plays glTF files with
 set -euo pipefail
 
 packages=(gcc g++ libc6-dev cmake ninja-build pkg-config zlib1g-dev libzstd-dev libcmocka-dev zstd
-          libgl-dev libglfw3-dev libosmesa6-dev libpng-dev libstb-dev xvfb xdotool)
+          libgl-dev libglfw3-dev libosmesa6-dev libpng-dev libstb-dev xvfb xdotool libtinygltf-dev assimp-utils)
 for option in "$@"; do
     case $option in
     --clang) packages+=(clang) ;;
     --meshlab) packages+=(meshlab xvfb xauth) ;;
+    --gltf) packages+=(nodejs npm chromium) ;;
     --bench) packages+=(draco libdraco-dev libopenblas-dev gnuplot-nox) ;;
     *)
         echo "install-deps: unknown option: $option" >&2
@@ -24,6 +26,7 @@ if ! command -v dpkg-query >/dev/null || ! command -v apt-get >/dev/null; then
     echo "install-deps: this is not Debian; please make sure that these are installed:"
     echo "  a C11 compiler, CMake 3.25, Ninja or make, pkg-config, zlib, zstd, cmocka"
     echo "  for nsdf-play: GLFW 3.3, OSMesa, libpng, stb, OpenGL headers; for its tests Xvfb and xdotool"
+    echo "  for glTF files: a C++ compiler and tinygltf; assimp for its tests"
     echo "  for tests/bench: a C++17 compiler, Draco, OpenBLAS, gnuplot"
     exit 0
 fi

@@ -66,7 +66,7 @@ typedef struct tally {
     uint32_t frames, empty;
 } tally;
 
-static int extract_frame(const dec_options *options, nsdf_decoder *decoder, const dec_output *output, double seconds,
+static int extract_frame(const dec_options *options, nsdf_decoder *decoder, dec_output *output, double seconds,
                          nsdf_mesh **mesh, tally *t) {
     nsdf_mesh_options mesh_options;
     nsdf_mesh_view view;
@@ -99,6 +99,8 @@ static void summarise(const dec_options *options, const nsdf_decoder *decoder, c
     if (output->kind == DEC_OUTPUT_FILES) {
         first = dec_output_name(output, 0);
         last = dec_output_name(output, t->frames - 1);
+    } else if (output->kind == DEC_OUTPUT_FILM && strcmp(options->output, "-") != 0) {
+        first = dec_output_name(output, 0);
     }
     nsdf_cli_say("%lu frame%s, resolution %lu, %.0f triangles on average, %.3g ms a frame%s%s%s%s",
                  (unsigned long)t->frames, t->frames == 1 ? "" : "s",
@@ -109,7 +111,15 @@ static void summarise(const dec_options *options, const nsdf_decoder *decoder, c
     free(last);
 }
 
-static int extract_all(const dec_options *options, nsdf_decoder *decoder, const dec_output *output,
+/* Seconds from one frame to the next: one of --fps, or of those that were encoded. */
+static double film_interval(const dec_options *options, const nsdf_decoder *decoder) {
+    nsdf_info info;
+    if (options->choice.rate_num)
+        return (double)options->choice.rate_den / options->choice.rate_num;
+    return nsdf_get_info(decoder, &info) == NSDF_OK ? (double)info.rate_den / info.rate_num : 0.0;
+}
+
+static int extract_all(const dec_options *options, nsdf_decoder *decoder, dec_output *output,
                        const nsdf_cli_times *times) {
     nsdf_mesh *mesh = NULL;
     tally t = {.started = dec_clock()};
@@ -119,6 +129,8 @@ static int extract_all(const dec_options *options, nsdf_decoder *decoder, const 
         result = extract_frame(options, decoder, output, times->seconds[i], &mesh, &t);
     }
     nsdf_mesh_free(&mesh);
+    if (result == NSDF_CLI_SUCCESS)
+        result = dec_output_finish(output, film_interval(options, decoder));
     if (result == NSDF_CLI_SUCCESS && nsdf_cli_commit() != 0)
         result = NSDF_CLI_FAILURE;
     if (result == NSDF_CLI_SUCCESS)
@@ -150,7 +162,7 @@ static int bench(const dec_options *options, nsdf_decoder *decoder, const nsdf_c
     return status == NSDF_OK ? NSDF_CLI_SUCCESS : report(options, decoder, status);
 }
 
-static int decode_times(const dec_options *options, nsdf_decoder *decoder, const dec_output *output) {
+static int decode_times(const dec_options *options, nsdf_decoder *decoder, dec_output *output) {
     nsdf_cli_times times;
     int result = nsdf_cli_times_choose(&options->choice, decoder, &times);
     if (result == NSDF_CLI_SUCCESS)
@@ -170,7 +182,7 @@ static int run(const dec_options *options) {
     nsdf_decoder_options decoder_options;
     nsdf_decoder *decoder = NULL;
     nsdf_error error;
-    dec_output output;
+    dec_output output = {.film = NULL};
     if (options->action == DEC_NOTHING)
         return NSDF_CLI_SUCCESS;
     if (options->action == DEC_EXTRACT) {

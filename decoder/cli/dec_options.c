@@ -16,12 +16,13 @@ static const char help[] =
     "\n"
     "Output\n"
     "  -o, --output OUT      where the meshes go:\n"
-    "                          out_%04d.obj  one file per frame, numbered; .obj, .ply or .stl\n"
+    "                          out_%04d.obj  one file per frame, numbered; .obj, .ply, .stl or .glb\n"
     "                          out.obj       the same for a single frame\n"
-    "                          -             standard output, a single frame\n"
+    "                          out.glb       all frames in one file of binary glTF, shown one after the other\n"
+    "                          -             standard output, a single frame; glb all of them\n"
     "                          hash:         a line \"number seconds hash\" per frame on standard output\n"
     "                          null:         decodes and writes nothing\n"
-    "      --format FORMAT   obj, ply or stl, whatever the name ends in\n"
+    "      --format FORMAT   obj, ply, stl or glb, whatever the name ends in\n"
     "      --start-number N  number of the first file (default 0)\n"
     "      --no-normals      leaves the normals out\n"
     "\n"
@@ -55,6 +56,7 @@ static const char help[] =
     "Examples\n"
     "  nsdf-dec samba.nsdf -o samba_%04d.obj\n"
     "  nsdf-dec samba.nsdf --fps 50 --resolution 256 -o slow/samba_%04d.ply\n"
+    "  nsdf-dec samba.nsdf --fps 25 --resolution 96 -o samba.glb\n"
     "  nsdf-dec samba.nsdf --times 1.25 -o - --format stl > pose.stl\n"
     "\n"
     "Exit code: 0 success, 1 failure, 2 wrong usage.  A command that fails leaves no files behind.\n";
@@ -118,15 +120,15 @@ static int parse_count(const char *option, const char *text, uint32_t min, uint3
 }
 
 static int parse_format(const char *text, dec_options *options) {
-    static const char *const names[] = {"obj", "ply", "stl"};
-    for (int i = 0; i < 3; i++) {
+    static const char *const names[] = {"obj", "ply", "stl", "glb"};
+    for (int i = 0; i < 4; i++) {
         if (strcmp(text, names[i]) != 0)
             continue;
-        options->format = (nsdf_mesh_format)i;
+        options->format = (dec_format)i;
         options->has_format = 1;
         return NSDF_CLI_SUCCESS;
     }
-    return bad_value("--format", text, "obj, ply or stl");
+    return bad_value("--format", text, "obj, ply, stl or glb");
 }
 
 static int parse_cpu_mask(const char *text, uint32_t *mask) {

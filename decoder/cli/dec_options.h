@@ -13,6 +13,9 @@ typedef enum dec_action {
     DEC_BENCH
 } dec_action;
 
+/* Formats of meshes: those of the library, and one of the command's own. */
+typedef enum dec_format { DEC_OBJ, DEC_PLY, DEC_STL, DEC_GLB } dec_format;
+
 typedef struct dec_options {
     dec_action action;
     const char *input, *output; /* borrowed from argv, like the other strings */
@@ -22,7 +25,7 @@ typedef struct dec_options {
     uint64_t max_memory; /* 0 = the library's default */
     int normals, dense, all_pieces, json;
     int has_format;
-    nsdf_mesh_format format;
+    dec_format format;
 } dec_options;
 
 /* NSDF_CLI_SUCCESS, or NSDF_CLI_USAGE after printing why. */

@@ -1,0 +1,29 @@
+#!/usr/bin/env bash
+# Checks glTF files of nsdf-dec with the Khronos validator, and plays one with three.js in Chromium.
+# usage: check_gltf.sh BIN_FOLDER FILE.nsdf WORK_FOLDER
+# Needs node and npm with its registry, and for the second part Chromium (scripts/install-deps.sh --gltf); skipped without.
+set -euo pipefail
+
+here=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
+bin=$1 file=$2 work=$3
+for program in node npm; do
+    command -v "$program" >/dev/null || { echo "$program is not installed"; exit 77; }
+done
+mkdir -p "$work"
+if [ ! -d "$work/node_modules/gltf-validator" ] || [ ! -d "$work/node_modules/three" ]; then
+    cp "$here/package.json" "$work/"
+    npm install --silent --no-audit --no-fund --prefix "$work" || { echo "npm cannot install its packages"; exit 77; }
+fi
+cp "$here"/*.js "$work/"
+cd "$work"
+"$bin/nsdf-dec" -q "$file" -o film.glb --resolution 64
+"$bin/nsdf-dec" -q "$file" -o smooth.glb --fps 60 --frames 0-20 --resolution 48 --no-normals
+"$bin/nsdf-dec" -q "$file" -o one_%02d.glb --frames 0,7
+node validate.js film.glb smooth.glb one_00.glb one_01.glb
+
+browser=$(command -v chromium || command -v chromium-browser || command -v google-chrome || true)
+if [ -z "$browser" ]; then
+    echo "no browser: not played"
+    exit 0
+fi
+node play.js film.glb "$browser" .
