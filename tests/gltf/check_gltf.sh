@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # Checks glTF files of nsdf-dec with the Khronos validator, and plays one with three.js in Chromium.
 # usage: check_gltf.sh BIN_FOLDER FILE.nsdf WORK_FOLDER
-# Needs node and npm with its registry, and for the second part Chromium (scripts/install-deps.sh --gltf); skipped without.
+# Needs node, npm with its registry, and for the second part Chromium (install-deps.sh --gltf); skipped without.
 set -euo pipefail
 
 here=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)

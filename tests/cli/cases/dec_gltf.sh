@@ -14,7 +14,8 @@ for file in one.glb all.glb bare.glb; do
     [ "$(head -c 4 $file)" = glTF ] && [ "$(word $file 4)" = 2 ] && [ "$(word $file 8)" = "$(size_of $file)" ] ||
         give_up "$file: not glTF 2"
     json=$(word $file 12)
-    [ $((json % 4)) = 0 ] && [ $(($(word $file $((20 + json))) + json + 28)) = "$(size_of $file)" ] || give_up "$file: chunks"
+    [ $((json % 4)) = 0 ] && [ $(($(word $file $((20 + json))) + json + 28)) = "$(size_of $file)" ] ||
+        give_up "$file: chunks"
     head -c $((20 + json)) $file | tail -c "$json" >$file.json
 done
 grep -q NORMAL one.glb.json && ! grep -q NORMAL bare.glb.json && echo "normals as asked"
