@@ -9,6 +9,7 @@ typedef struct nsdf_range_decoder {
     const uint8_t *data, *end;
     uint32_t range, code;
     uint32_t missing; /* bytes asked for behind the end; 0 were given */
+    nsdf_logistic_tables tables;
 } nsdf_range_decoder;
 
 typedef struct nsdf_residual_reader {

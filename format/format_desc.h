@@ -6,7 +6,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
-enum { NSDF_FORMAT_MAJOR = 0, NSDF_FORMAT_MINOR = 4 };
+enum { NSDF_FORMAT_MAJOR = 0, NSDF_FORMAT_MINOR = 5 };
 
 enum {
     NSDF_PREAMBLE_SIZE = 16,     /* signature, version, CRC */

@@ -1,46 +1,43 @@
-/* The adaptive model behind the range coder's binary decisions, the same in the decoder and the encoder (spec,
- * section "Range coder").  Integers only.  The idea is that of DeepCABAC: residuals of network parameters are coded
- * as magnitude class, sign and mantissa, with contexts from the magnitudes of neighbours. */
+/* What the range coder's binary decisions are modelled by, the same in the decoder and the encoder (spec, section
+ * "Range coder").  Integers only.  A residual is coded as magnitude class, sign and mantissa, as in DeepCABAC; class
+ * and sign are decided by a logistic mix of models, each of which looks at other neighbours. */
 #ifndef NSDF_RANGE_MODEL_H
 #define NSDF_RANGE_MODEL_H
 
 #include <string.h>
 
 #include "format_desc.h"
+#include "logistic.h"
 
 enum {
-    NSDF_RANGE_TOP = 1 << 24,       /* the range is kept at or above this */
-    NSDF_RANGE_CONTEXTS = 3,        /* of the magnitude class: neighbours about, below and above the mean */
-    NSDF_RANGE_CLASSES = 32,        /* leaves of the largest class tree; |residual| needs 26 bits at most */
-    NSDF_RANGE_MIN_VALUES = 192,    /* smaller groups use one context only: they could not learn three */
-    NSDF_RANGE_COLUMNS = 1024,      /* no array has more */
-    NSDF_RANGE_MEAN_RATE = 6,       /* the running mean of all classes follows with 2^-6 */
-    NSDF_RANGE_CLASS_SHIFT = 16,    /* means are fixed-point: one class is 1 << 16 */
-    NSDF_RANGE_MEAN_BAND = 1 << 14, /* neighbours this close to the mean count as equal to it */
-    NSDF_RANGE_FAST_LIMIT = 30,     /* rates fall as 1 / (seen + 2) down to 1/32 ... */
-    NSDF_RANGE_SLOW_LIMIT = 254     /* ... and 1/256 */
+    NSDF_RANGE_TOP = 1 << 24,  /* the range is kept at or above this */
+    NSDF_RANGE_CLASSES = 32,   /* |residual| needs 26 bits at most */
+    NSDF_RANGE_COLUMNS = 1024, /* no array has more */
+    NSDF_RANGE_INPUTS = 4,     /* models that vote on a decision */
+    NSDF_RANGE_LEVELS = 12,    /* of a quantised magnitude */
+    NSDF_RANGE_PLACES = 16,    /* columns that are told apart */
+    NSDF_RANGE_CONTEXTS = NSDF_RANGE_LEVELS * NSDF_RANGE_PLACES,
+    NSDF_RANGE_NODES = 18,     /* decisions told apart: the sign, class above 0, above 1, ... above 16 and more */
+    NSDF_RANGE_LARGE = 4095,   /* neighbours count as no larger than this */
+    NSDF_RANGE_MEAN_SHIFT = 12 /* running means of magnitudes are in 1/4096 */
 };
+
+enum { NSDF_NODE_SIGN = 0, NSDF_NODE_CLASS = 1 };
 
 _Static_assert((int)NSDF_MAX_WIDTH <= (int)NSDF_RANGE_COLUMNS, "columns fit");
 _Static_assert(2 * (int)NSDF_MAX_FOURIER <= (int)NSDF_RANGE_COLUMNS, "columns fit");
+_Static_assert((int)NSDF_RANGE_LEVELS <= (int)NSDF_RANGE_PLACES, "two levels are a context too");
 
-/* Two estimates, in 1/65536, of the probability that a decision is 0; their mean is used. */
-typedef struct nsdf_bit_model {
-    uint16_t fast, slow;
-    uint16_t seen; /* decisions so far, at most NSDF_RANGE_SLOW_LIMIT */
-} nsdf_bit_model;
-
-/* A group is one array, or for an array predicted from the plane before, its plane 0 and the other planes. */
+/* A group is one array, or for an array predicted from the plane before, its plane 0 and the other planes.
+ * About 60 KB, which readers and writers have on the stack. */
 typedef struct nsdf_range_group {
     const nsdf_array_desc *array;
     uint32_t first_plane, end_plane;
-    uint32_t depth;    /* of the class tree */
-    uint32_t contexts; /* 1 or NSDF_RANGE_CONTEXTS */
-    uint32_t mean;     /* running means of the classes: of all, of the row at hand, of each column */
-    uint32_t row_mean;
+    uint32_t largest;  /* class that a residual of the array may have */
+    uint32_t row_mean; /* running means of magnitudes: of the row at hand, of each column */
     uint32_t column_mean[NSDF_RANGE_COLUMNS];
-    nsdf_bit_model tree[NSDF_RANGE_CONTEXTS][NSDF_RANGE_CLASSES];
-    nsdf_bit_model sign[3];                         /* by the sign of the residual in the plane before */
+    int32_t weights[NSDF_RANGE_NODES][NSDF_RANGE_INPUTS];
+    nsdf_bit_model models[NSDF_RANGE_INPUTS][NSDF_RANGE_CONTEXTS][NSDF_RANGE_NODES];
     nsdf_bit_model mantissa[NSDF_RANGE_CLASSES][4]; /* the two bits below the leading one, as a tree */
 } nsdf_range_group;
 
@@ -73,99 +70,131 @@ static inline uint32_t nsdf_largest_class(const nsdf_array_desc *a) {
     return low > high ? low : high;
 }
 
-/* Probability of 0, 1 to 65535. */
-static inline uint32_t nsdf_bit_probability(const nsdf_bit_model *m) {
-    return ((uint32_t)m->fast + m->slow) >> 1;
-}
-
-/* Moves p towards 65536 (bit 0) or 0 (bit 1) by the fraction rate / 65536.  rate <= 32768, so that p stays inside. */
-static inline uint16_t nsdf_probability_step(uint32_t p, uint32_t bit, uint32_t rate) {
-    return (uint16_t)(bit ? p - (p * rate >> 16) : p + ((65536 - p) * rate >> 16));
-}
-
-/* rates[n] = floor(65536 / (n + 2)): with these steps a model starts as a Krichevsky-Trofimov estimator. */
-static inline void nsdf_bit_update(nsdf_bit_model *m, uint32_t bit, const uint16_t *rates) {
-    uint32_t n = m->seen;
-    m->fast = nsdf_probability_step(m->fast, bit, rates[n < NSDF_RANGE_FAST_LIMIT ? n : NSDF_RANGE_FAST_LIMIT]);
-    m->slow = nsdf_probability_step(m->slow, bit, rates[n]);
-    m->seen = (uint16_t)(n < NSDF_RANGE_SLOW_LIMIT ? n + 1 : n);
-}
-
-static inline void nsdf_rates_fill(uint16_t rates[NSDF_RANGE_SLOW_LIMIT + 1]) {
-    for (uint32_t n = 0; n <= NSDF_RANGE_SLOW_LIMIT; n++)
-        rates[n] = (uint16_t)(65536 / (n + 2));
-}
-
 static inline void nsdf_bit_models_reset(nsdf_bit_model *models, size_t count) {
-    for (size_t i = 0; i < count; i++) {
-        models[i].fast = models[i].slow = 32768;
-        models[i].seen = 0;
-    }
+    for (size_t i = 0; i < count; i++)
+        models[i] = (nsdf_bit_model){32768, 0};
 }
 
 static inline void nsdf_range_group_start(nsdf_range_group *g, const nsdf_array_desc *a, uint32_t first_plane,
                                           uint32_t end_plane) {
-    uint32_t largest = nsdf_largest_class(a);
     g->array = a;
     g->first_plane = first_plane;
     g->end_plane = end_plane;
-    g->depth = nsdf_bit_length(largest);
-    g->contexts =
-        (uint64_t)(end_plane - first_plane) * a->rows * a->cols < NSDF_RANGE_MIN_VALUES ? 1 : NSDF_RANGE_CONTEXTS;
-    g->mean = largest << (NSDF_RANGE_CLASS_SHIFT - 1);
+    g->largest = nsdf_largest_class(a);
     g->row_mean = 0;
     memset(g->column_mean, 0, sizeof g->column_mean);
-    nsdf_bit_models_reset(&g->tree[0][0], NSDF_RANGE_CONTEXTS * NSDF_RANGE_CLASSES);
-    nsdf_bit_models_reset(g->sign, 3);
+    for (uint32_t i = 0; i < NSDF_RANGE_NODES * NSDF_RANGE_INPUTS; i++)
+        g->weights[i / NSDF_RANGE_INPUTS][i % NSDF_RANGE_INPUTS] = NSDF_MIX_WEIGHT_START;
+    nsdf_bit_models_reset(&g->models[0][0][0], NSDF_RANGE_INPUTS * NSDF_RANGE_CONTEXTS * NSDF_RANGE_NODES);
     nsdf_bit_models_reset(&g->mantissa[0][0], NSDF_RANGE_CLASSES * 4);
 }
 
-/* What an element's contexts are made of: what came before it in its group. */
+static inline uint32_t nsdf_neighbour_magnitude(int32_t r) {
+    const uint32_t m = nsdf_magnitude(r);
+    return m < NSDF_RANGE_LARGE ? m : NSDF_RANGE_LARGE;
+}
+
+/* Of a magnitude in sixteenths: the number of bounds below it. */
+static inline uint32_t nsdf_magnitude_level(uint32_t sixteenths) {
+    static const uint16_t bounds[NSDF_RANGE_LEVELS - 1] = {2, 6, 12, 22, 36, 60, 96, 160, 272, 480, 960};
+    uint32_t level = 0;
+    while (level < NSDF_RANGE_LEVELS - 1 && sixteenths > bounds[level])
+        level++;
+    return level;
+}
+
+static inline uint32_t nsdf_residual_level(int32_t r) {
+    return r == 0 ? 0 : nsdf_magnitude_level(16 * nsdf_neighbour_magnitude(r));
+}
+
+/* 0 = zero, 1 = positive, 2 = negative. */
+static inline uint32_t nsdf_residual_sign(int32_t r) {
+    return r > 0 ? 1 : r < 0 ? 2 : 0;
+}
+
+/* The contexts of an element: of its class and of its sign, one for each model that votes. */
+typedef struct nsdf_range_contexts {
+    uint32_t class[NSDF_RANGE_INPUTS], sign[NSDF_RANGE_INPUTS];
+} nsdf_range_contexts;
+
+/* Residuals around an element; 0 where the group has none. */
 typedef struct nsdf_range_neighbours {
-    uint32_t row_count, column_count; /* elements before it in its row; in its column, over all planes */
-    uint32_t sum, weight;             /* of the row's mean, the column's mean and the class in the plane before */
-    uint32_t sign;                    /* of the plane before: 0 = zero or none, 1 = positive, 2 = negative */
+    int32_t before[4]; /* in the planes before, nearest first; in plane 0, in the rows before */
+    int32_t left, left4, above;
 } nsdf_range_neighbours;
 
 /* r points at the element (plane, row, col) among the array's residuals. */
-static inline nsdf_range_neighbours nsdf_range_look(const nsdf_range_group *g, const int32_t *r, uint32_t plane,
-                                                    uint32_t row, uint32_t col) {
-    nsdf_range_neighbours n = {col, (plane - g->first_plane) * g->array->rows + row, 0, 0, 0};
-    if (n.row_count > 0) {
-        n.sum += g->row_mean;
-        n.weight++;
-    }
-    if (n.column_count > 0) {
-        n.sum += g->column_mean[col];
-        n.weight++;
-    }
-    if (plane > g->first_plane) {
-        int32_t before = *(r - (size_t)g->array->rows * g->array->cols);
-        n.sum += nsdf_residual_class(before) << NSDF_RANGE_CLASS_SHIFT;
-        n.weight++;
-        n.sign = before > 0 ? 1 : before < 0 ? 2 : 0;
-    }
-    return n;
+static inline void nsdf_range_neighbours_find(const nsdf_range_group *g, const int32_t *r, uint32_t plane, uint32_t row,
+                                              uint32_t col, nsdf_range_neighbours *n) {
+    const size_t cols = g->array->cols, size = g->array->rows * cols;
+    const uint32_t planes = plane - g->first_plane, have = planes > 0 ? planes : row;
+    const size_t stride = planes > 0 ? size : cols;
+    for (uint32_t i = 0; i < 4; i++)
+        n->before[i] = i < have ? r[-(ptrdiff_t)((i + 1) * stride)] : 0;
+    n->left = col > 0 ? r[-1] : 0;
+    n->left4 = col > 3 ? r[-4] : 0;
+    n->above = row > 0 ? r[-(ptrdiff_t)cols] : 0;
 }
 
-static inline uint32_t nsdf_range_context(const nsdf_range_group *g, const nsdf_range_neighbours *n) {
-    if (g->contexts == 1)
-        return 0;
-    uint32_t mean = n->weight * g->mean, band = n->weight * NSDF_RANGE_MEAN_BAND;
-    return n->sum + band < mean ? 1 : n->sum > mean + band ? 2 : 0;
+static inline void nsdf_range_look(const nsdf_range_group *g, const int32_t *r, uint32_t plane, uint32_t row,
+                                   uint32_t col, nsdf_range_contexts *c) {
+    nsdf_range_neighbours n;
+    nsdf_range_neighbours_find(g, r, plane, row, col, &n);
+    const uint32_t place = col < NSDF_RANGE_PLACES ? col : NSDF_RANGE_PLACES - 1;
+    const uint32_t first = nsdf_residual_level(n.before[0]), second = nsdf_residual_level(n.before[1]);
+    const uint32_t history =
+        nsdf_magnitude_level(6 * nsdf_neighbour_magnitude(n.before[0]) + 4 * nsdf_neighbour_magnitude(n.before[1]) +
+                             3 * nsdf_neighbour_magnitude(n.before[2]) + 3 * nsdf_neighbour_magnitude(n.before[3]));
+    const uint32_t near = nsdf_magnitude_level(g->row_mean >> (NSDF_RANGE_MEAN_SHIFT - 4));
+    const uint32_t column = nsdf_magnitude_level(g->column_mean[col] >> (NSDF_RANGE_MEAN_SHIFT - 4));
+    c->class[0] = first * NSDF_RANGE_LEVELS + second;
+    c->class[1] = history * NSDF_RANGE_PLACES + place;
+    c->class[2] = nsdf_residual_level(n.left4) * NSDF_RANGE_LEVELS + nsdf_residual_level(n.left);
+    c->class[3] = column * NSDF_RANGE_LEVELS + near;
+    const uint32_t s = nsdf_residual_sign(n.before[0]), above = nsdf_residual_sign(n.above);
+    c->sign[0] = 3 * s + nsdf_residual_sign(n.before[1]);
+    c->sign[1] = NSDF_RANGE_PLACES * s + place;
+    c->sign[2] = 3 * first + s;
+    c->sign[3] = 3 * nsdf_residual_sign(n.left4) + above;
 }
 
-/* `count` values went into the mean before this one. */
-static inline uint32_t nsdf_range_mean_step(uint32_t mean, uint32_t count, uint32_t class) {
-    uint32_t shift = count < 1 ? 0 : count < 2 ? 1 : count < 6 ? 2 : count < 12 ? 3 : 4;
-    return mean - (mean >> shift) + (class << (NSDF_RANGE_CLASS_SHIFT - shift));
+/* Votes on one decision. */
+typedef struct nsdf_range_votes {
+    nsdf_bit_model *models[NSDF_RANGE_INPUTS];
+    int32_t votes[NSDF_RANGE_INPUTS];
+    int32_t *weights;
+    uint32_t zero; /* what they come to: the probability of 0 in 1/65536 */
+} nsdf_range_votes;
+
+static inline void nsdf_range_vote(nsdf_range_group *g, const uint32_t *contexts, uint32_t node,
+                                   const nsdf_logistic_tables *t, nsdf_range_votes *v) {
+    for (uint32_t i = 0; i < NSDF_RANGE_INPUTS; i++) {
+        v->models[i] = &g->models[i][contexts[i]][node];
+        v->votes[i] = nsdf_bit_vote(v->models[i], t);
+    }
+    v->weights = g->weights[node];
+    v->zero = nsdf_squash(nsdf_mix(v->votes, v->weights, NSDF_RANGE_INPUTS));
 }
 
-static inline void nsdf_range_means_update(nsdf_range_group *g, const nsdf_range_neighbours *n, uint32_t class) {
-    uint32_t col = n->row_count;
-    g->row_mean = nsdf_range_mean_step(g->row_mean, n->row_count, class);
-    g->column_mean[col] = nsdf_range_mean_step(g->column_mean[col], n->column_count, class);
-    g->mean = g->mean - (g->mean >> NSDF_RANGE_MEAN_RATE) + (class << (NSDF_RANGE_CLASS_SHIFT - NSDF_RANGE_MEAN_RATE));
+static inline void nsdf_range_learn(nsdf_range_votes *v, uint32_t bit, const nsdf_logistic_tables *t) {
+    nsdf_mix_learn(v->votes, v->weights, NSDF_RANGE_INPUTS, v->zero, bit);
+    for (uint32_t i = 0; i < NSDF_RANGE_INPUTS; i++)
+        nsdf_bit_update(v->models[i], bit, t);
+}
+
+/* Node of the decision whether the class is above `class`. */
+static inline uint32_t nsdf_class_node(uint32_t class) {
+    const uint32_t node = NSDF_NODE_CLASS + class;
+    return node < NSDF_RANGE_NODES ? node : NSDF_RANGE_NODES - 1;
+}
+
+/* Means follow the element (plane, row, col), which is r. */
+static inline void nsdf_range_means_update(nsdf_range_group *g, uint32_t plane, uint32_t row, uint32_t col, int32_t r) {
+    const uint32_t magnitude = nsdf_neighbour_magnitude(r) << NSDF_RANGE_MEAN_SHIFT;
+    const uint32_t count = (plane - g->first_plane) * g->array->rows + row; /* in its column before it */
+    const uint32_t shift = count < 1 ? 0 : count < 2 ? 1 : count < 6 ? 2 : 3;
+    g->row_mean = (5 * g->row_mean + 3 * magnitude) >> 3;
+    g->column_mean[col] = g->column_mean[col] - (g->column_mean[col] >> shift) + (magnitude >> shift);
 }
 
 /* Groups of an array: one, or two when planes are predicted. */

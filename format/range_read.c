@@ -15,13 +15,27 @@ static void normalise(nsdf_range_decoder *d) {
     }
 }
 
-static uint32_t decode_bit(nsdf_range_decoder *d, nsdf_bit_model *m, const uint16_t *rates) {
-    uint32_t bound = (d->range >> 16) * nsdf_bit_probability(m);
+/* `zero` is the probability of 0 in 1/65536. */
+static uint32_t decode_bit(nsdf_range_decoder *d, uint32_t zero) {
+    uint32_t bound = (d->range >> 16) * zero;
     uint32_t bit = d->code >= bound;
     d->code -= bit ? bound : 0;
     d->range = bit ? d->range - bound : bound;
-    nsdf_bit_update(m, bit, rates);
     normalise(d);
+    return bit;
+}
+
+static uint32_t decode_mixed(nsdf_range_decoder *d, nsdf_range_group *g, const uint32_t *contexts, uint32_t node) {
+    nsdf_range_votes votes;
+    nsdf_range_vote(g, contexts, node, &d->tables, &votes);
+    uint32_t bit = decode_bit(d, votes.zero);
+    nsdf_range_learn(&votes, bit, &d->tables);
+    return bit;
+}
+
+static uint32_t decode_alone(nsdf_range_decoder *d, nsdf_bit_model *m) {
+    uint32_t bit = decode_bit(d, m->zero);
+    nsdf_bit_update(m, bit, &d->tables);
     return bit;
 }
 
@@ -38,41 +52,38 @@ static uint32_t decode_plain_bits(nsdf_range_decoder *d, uint32_t count) {
 }
 
 /* |residual| of a known class: the leading one, two modelled bits, the rest as they are. */
-static uint32_t decode_magnitude(nsdf_range_decoder *d, uint32_t class, nsdf_bit_model mantissa[4],
-                                 const uint16_t *rates) {
+static uint32_t decode_magnitude(nsdf_range_decoder *d, uint32_t class, nsdf_bit_model mantissa[4]) {
     if (class < 2)
         return class;
     uint32_t below = class - 1, node = 1;
     uint32_t modelled = below < 2 ? below : 2;
     for (uint32_t i = 0; i < modelled; i++)
-        node = node << 1 | decode_bit(d, &mantissa[node], rates);
+        node = node << 1 | decode_alone(d, &mantissa[node]);
     return node << (below - modelled) | decode_plain_bits(d, below - modelled);
 }
 
-static int32_t decode_residual(nsdf_range_decoder *d, nsdf_range_group *g, const nsdf_range_neighbours *n,
-                               const uint16_t *rates) {
-    nsdf_bit_model *tree = g->tree[nsdf_range_context(g, n)];
-    uint32_t node = 1;
-    for (uint32_t i = 0; i < g->depth; i++)
-        node = node << 1 | decode_bit(d, &tree[node], rates);
-    uint32_t class = node - (UINT32_C(1) << g->depth);
-    nsdf_range_means_update(g, n, class);
+static int32_t decode_residual(nsdf_range_decoder *d, nsdf_range_group *g, const nsdf_range_contexts *c) {
+    uint32_t class = 0;
+    while (class < g->largest && decode_mixed(d, g, c->class, nsdf_class_node(class)))
+        ++class;
     if (class == 0)
         return 0;
-    uint32_t negative = decode_bit(d, &g->sign[n->sign], rates);
-    int32_t magnitude = (int32_t)decode_magnitude(d, class, g->mantissa[class], rates);
+    uint32_t negative = decode_mixed(d, g, c->sign, NSDF_NODE_SIGN);
+    int32_t magnitude = (int32_t)decode_magnitude(d, class, g->mantissa[class]);
     return negative ? -magnitude : magnitude;
 }
 
 /* Fills one group, and stops early when the stream has ended: time stays bounded by the bytes there are. */
-static void decode_group(nsdf_range_decoder *d, nsdf_range_group *g, int32_t *residuals, const uint16_t *rates) {
+static void decode_group(nsdf_range_decoder *d, nsdf_range_group *g, int32_t *residuals) {
     const nsdf_array_desc *a = g->array;
     int32_t *r = residuals + (size_t)g->first_plane * a->rows * a->cols;
     for (uint32_t plane = g->first_plane; plane < g->end_plane; plane++)
         for (uint32_t row = 0; row < a->rows && !d->missing; row++)
             for (uint32_t col = 0; col < a->cols; col++, r++) {
-                nsdf_range_neighbours n = nsdf_range_look(g, r, plane, row, col);
-                *r = decode_residual(d, g, &n, rates);
+                nsdf_range_contexts contexts;
+                nsdf_range_look(g, r, plane, row, col, &contexts);
+                *r = decode_residual(d, g, &contexts);
+                nsdf_range_means_update(g, plane, row, col, *r);
             }
 }
 
@@ -82,20 +93,19 @@ void nsdf_range_open(nsdf_range_decoder *d, const uint8_t *data, size_t size) {
     d->range = UINT32_MAX;
     d->code = 0;
     d->missing = 0;
+    nsdf_logistic_fill(&d->tables);
     for (int i = 0; i < 4; i++)
         d->code = d->code << 8 | next_byte(d);
 }
 
 nsdf_parse nsdf_range_array(nsdf_range_decoder *d, const nsdf_array_desc *a, int32_t *residuals, const char **what) {
-    uint16_t rates[NSDF_RANGE_SLOW_LIMIT + 1];
     nsdf_range_group group;
-    nsdf_rates_fill(rates);
     uint32_t middle = nsdf_range_first_group_end(a);
     nsdf_range_group_start(&group, a, 0, middle);
-    decode_group(d, &group, residuals, rates);
+    decode_group(d, &group, residuals);
     if (middle < a->planes) {
         nsdf_range_group_start(&group, a, middle, a->planes);
-        decode_group(d, &group, residuals, rates);
+        decode_group(d, &group, residuals);
     }
     if (d->missing) {
         *what = "the range-coded stream ends before the last parameter";

@@ -39,8 +39,7 @@ void ref_demand(const ref_reader *r, bool is_so, const char *message) {
         fail(r->ctx, REF_CORRUPT, message);
 }
 
-/* Zeroed memory that lives as long as the file. */
-static void *allocate(context *ctx, uint64_t count, size_t size) {
+void *ref_allocate(struct ref_context *ctx, uint64_t count, size_t size) {
     block *b = count <= (SIZE_MAX / 2) / size ? calloc(1, sizeof(block) + (size_t)count * size) : NULL;
     if (!b)
         fail(ctx, REF_NO_MEMORY, "out of memory");
@@ -99,13 +98,6 @@ static double take_f64(reader *r) {
     return value;
 }
 
-static uint32_t bitlength(int64_t a) {
-    uint32_t length = 0;
-    for (int64_t rest = a < 0 ? -a : a; rest > 0; rest >>= 1)
-        length++;
-    return length;
-}
-
 /* Section 4. */
 
 static uint32_t crc32_of(const uint8_t *data, uint64_t size) {
@@ -130,8 +122,8 @@ static void read_preamble(reader *r) {
     take(r, 1);
     if (ref_take_uint(r, 4) != crc32_of(r->data, 12))
         fail(r->ctx, REF_CHECKSUM, "the CRC of the preamble differs");
-    if (minor != 4)
-        fail(r->ctx, REF_UNSUPPORTED_VERSION, "the minor version is not 4");
+    if (minor != 5)
+        fail(r->ctx, REF_UNSUPPORTED_VERSION, "the minor version is not 5");
 }
 
 /* Section 5. */
@@ -205,7 +197,7 @@ static void read_head(reader *r, ref_file *f) {
 static void read_index(reader *r, ref_file *f, uint64_t before) {
     f->file_size = take_u64(r);
     ref_demand(r, f->file_size < UINT64_C(1) << 63, "INDX: file_size is above 2^63 - 1");
-    f->segments = allocate(r->ctx, f->segment_count, sizeof *f->segments);
+    f->segments = ref_allocate(r->ctx, f->segment_count, sizeof *f->segments);
     uint32_t frame = 0;
     for (uint32_t i = 0; i < f->segment_count; i++) {
         ref_segment *s = &f->segments[i];
@@ -324,15 +316,11 @@ static void read_description(reader *r, ref_part *part) {
 
 /* Section 10.4. A stored array is one whose residuals are in `coded`. */
 
-static bool is_stored(const ref_array *a) {
-    return a->uniform && a->bits > 0;
-}
-
 static void decode_packed(reader *coded, ref_part *part) {
     uint64_t bit = 0;
     for (uint32_t i = 0; i < part->array_count; i++) {
         const ref_array *a = &part->arrays[i];
-        for (uint64_t k = 0; is_stored(a) && k < a->count; k++) {
+        for (uint64_t k = 0; ref_is_stored(a) && k < a->count; k++) {
             int32_t symbol = 0;
             for (uint32_t b = 0; b < a->bits; b++, bit++) {
                 if (bit % 8 == 0)
@@ -352,7 +340,7 @@ static void decode_packed(reader *coded, ref_part *part) {
 static void residuals_from_bytes(reader *bytes, ref_part *part) {
     for (uint32_t i = 0; i < part->array_count; i++) {
         const ref_array *a = &part->arrays[i];
-        if (!is_stored(a))
+        if (!ref_is_stored(a))
             continue;
         for (uint64_t k = 0; k < a->count; k++)
             a->q[k] = a->residual_min;
@@ -387,152 +375,11 @@ static bool decompress(const reader *coded, uint32_t entropy, uint8_t *out, uint
 static void decode_bytes(reader *coded, ref_part *part) {
     uint64_t size = 0;
     for (uint32_t i = 0; i < part->array_count; i++)
-        size += is_stored(&part->arrays[i]) ? part->arrays[i].count * ((part->arrays[i].bits + 7) / 8) : 0;
-    uint8_t *bytes = allocate(coded->ctx, size, 1);
+        size += ref_is_stored(&part->arrays[i]) ? part->arrays[i].count * ((part->arrays[i].bits + 7) / 8) : 0;
+    uint8_t *bytes = ref_allocate(coded->ctx, size, 1);
     ref_demand(coded, decompress(coded, part->entropy, bytes, size), "the compressed stream is broken");
     reader symbols = {.ctx = coded->ctx, .data = bytes, .size = size};
     residuals_from_bytes(&symbols, part);
-}
-
-/* Section 10.5. */
-
-typedef struct model {
-    uint32_t fast, slow, seen;
-} model;
-
-typedef struct range_decoder {
-    reader *bytes;
-    uint32_t range, code;
-} range_decoder;
-
-typedef struct group { /* of planes first to last - 1 */
-    const ref_array *array;
-    uint32_t first, last;
-    uint32_t depth, contexts;
-    uint32_t mean, row_mean, *column_mean;
-    model tree[3][32], sign[3], mantissa[32][4];
-} group;
-
-static void normalise(range_decoder *d) {
-    while (d->range < 1u << 24) {
-        d->range <<= 8;
-        d->code = (d->code << 8) + ref_take_uint(d->bytes, 1);
-    }
-}
-
-static uint32_t model_step(uint32_t p, uint32_t bit, uint32_t rate) {
-    return bit == 0 ? p + (((65536 - p) * rate) >> 16) : p - ((p * rate) >> 16);
-}
-
-static uint32_t decode_bit(range_decoder *d, model *m) {
-    const uint32_t bound = (d->range >> 16) * ((m->fast + m->slow) >> 1);
-    const uint32_t bit = d->code < bound ? 0 : 1;
-    d->code -= bit ? bound : 0;
-    d->range = bit ? d->range - bound : bound;
-    m->fast = model_step(m->fast, bit, 65536 / ((m->seen < 30 ? m->seen : 30) + 2));
-    m->slow = model_step(m->slow, bit, 65536 / (m->seen + 2));
-    m->seen = m->seen + 1 < 254 ? m->seen + 1 : 254;
-    normalise(d);
-    return bit;
-}
-
-static uint32_t decode_plain(range_decoder *d, uint32_t count) {
-    uint32_t value = 0;
-    for (uint32_t i = 0; i < count; i++) {
-        d->range >>= 1;
-        const uint32_t bit = d->code < d->range ? 0 : 1;
-        d->code -= bit ? d->range : 0;
-        value = 2 * value + bit;
-        normalise(d);
-    }
-    return value;
-}
-
-static uint32_t follow(uint32_t m, uint64_t count, uint32_t class) {
-    const uint32_t shift = count == 0 ? 0 : count == 1 ? 1 : count <= 5 ? 2 : count <= 11 ? 3 : 4;
-    return m - (m >> shift) + (class << (16 - shift));
-}
-
-static uint32_t context_of(const group *g, uint64_t above, uint32_t col, const int32_t *before) {
-    uint32_t sum = 0, weight = 0;
-    if (col > 0)
-        sum += g->row_mean, weight++;
-    if (above > 0)
-        sum += g->column_mean[col], weight++;
-    if (before)
-        sum += bitlength(*before) << 16, weight++;
-    if (g->contexts == 3 && sum + weight * 16384 < weight * g->mean)
-        return 1;
-    return g->contexts == 3 && sum > weight * g->mean + weight * 16384 ? 2 : 0;
-}
-
-static int64_t decode_element(range_decoder *d, group *g, uint32_t plane, uint32_t row, uint32_t col) {
-    const ref_array *a = g->array;
-    const uint64_t above = (uint64_t)(plane - g->first) * a->rows + row;
-    const int32_t *before = plane > g->first ? &a->q[((uint64_t)(plane - 1) * a->rows + row) * a->cols + col] : NULL;
-    const uint32_t s = !before || *before == 0 ? 0 : *before > 0 ? 1 : 2;
-    const uint32_t c = context_of(g, above, col, before);
-    uint32_t node = 1;
-    for (uint32_t i = 0; i < g->depth; i++)
-        node = 2 * node + decode_bit(d, &g->tree[c][node]);
-    const uint32_t class = node - (1u << g->depth);
-    g->row_mean = follow(g->row_mean, col, class);
-    g->column_mean[col] = follow(g->column_mean[col], above, class);
-    g->mean = g->mean - (g->mean >> 6) + (class << 10);
-    if (class == 0)
-        return 0;
-    const uint32_t negative = decode_bit(d, &g->sign[s]);
-    const uint32_t below = class - 1, modelled = below < 2 ? below : 2;
-    node = 1;
-    for (uint32_t i = 0; i < modelled; i++)
-        node = 2 * node + decode_bit(d, &g->mantissa[class][node]);
-    const int64_t magnitude = ((int64_t)node << (below - modelled)) + decode_plain(d, below - modelled);
-    return negative ? -magnitude : magnitude;
-}
-
-static void start_group(group *g, context *ctx, const ref_array *a, uint32_t first, uint32_t last) {
-    const model fresh = {.fast = 32768, .slow = 32768};
-    const uint32_t low = bitlength(a->residual_min), high = bitlength(a->residual_min + (INT64_C(1) << a->bits) - 1);
-    const uint32_t largest = low > high ? low : high;
-    *g = (group){.array = a, .first = first, .last = last, .depth = bitlength(largest), .mean = largest << 15};
-    g->contexts = (uint64_t)(last - first) * a->rows * a->cols < 192 ? 1 : 3;
-    g->column_mean = allocate(ctx, a->cols, sizeof *g->column_mean);
-    for (int i = 0; i < 3; i++)
-        g->sign[i] = fresh;
-    for (int i = 0; i < 3 * 32; i++)
-        g->tree[i / 32][i % 32] = fresh;
-    for (int i = 0; i < 32 * 4; i++)
-        g->mantissa[i / 4][i % 4] = fresh;
-}
-
-static void decode_group(range_decoder *d, const ref_array *a, uint32_t first, uint32_t last) {
-    group g;
-    start_group(&g, d->bytes->ctx, a, first, last);
-    const int64_t residual_max = a->residual_min + (INT64_C(1) << a->bits) - 1;
-    for (uint32_t plane = first; plane < last; plane++)
-        for (uint32_t row = 0; row < a->rows; row++)
-            for (uint32_t col = 0; col < a->cols; col++) {
-                const int64_t r = decode_element(d, &g, plane, row, col);
-                ref_demand(d->bytes, r >= a->residual_min && r <= residual_max, "a residual is out of range");
-                a->q[((uint64_t)plane * a->rows + row) * a->cols + col] = (int32_t)r;
-            }
-}
-
-static void decode_range(reader *coded, const ref_part *part) {
-    range_decoder d = {.bytes = coded, .range = 0xFFFFFFFFu};
-    for (int i = 0; i < 4; i++)
-        d.code = (d.code << 8) + ref_take_uint(coded, 1);
-    for (uint32_t i = 0; i < part->array_count; i++) {
-        const ref_array *a = &part->arrays[i];
-        if (!is_stored(a))
-            continue;
-        const uint32_t split = (a->predict == 1 || a->predict == 2) && a->planes > 1 ? 1 : a->planes;
-        decode_group(&d, a, 0, split);
-        if (split < a->planes)
-            decode_group(&d, a, split, a->planes);
-    }
-    ref_demand(coded, coded->at == coded->size, "there are bytes behind the range coder's stream");
-    ref_demand(coded, d.code == 0, "the range coder does not end on 0");
 }
 
 /* Sections 10.2 and 10.3. */
@@ -581,7 +428,7 @@ static void read_coded(reader *r, ref_part *part) {
     bool any_stored = false;
     for (uint32_t i = 0; i < part->array_count; i++) {
         const ref_array *a = &part->arrays[i];
-        any_stored = any_stored || is_stored(a);
+        any_stored = any_stored || ref_is_stored(a);
         for (uint64_t k = 0; a->uniform && k < a->count; k++)
             a->q[k] = a->residual_min;
     }
@@ -593,19 +440,19 @@ static void read_coded(reader *r, ref_part *part) {
     else if (part->entropy == 0)
         decode_packed(&coded, part);
     else if (part->entropy == 3)
-        decode_range(&coded, part);
+        ref_decode_range(&coded, part);
     else
         decode_bytes(&coded, part);
 }
 
 static void read_parameters(reader *r, ref_part *part) {
-    part->parameters = allocate(r->ctx, part->parameter_count, sizeof *part->parameters);
+    part->parameters = ref_allocate(r->ctx, part->parameter_count, sizeof *part->parameters);
     float *next = part->parameters;
     for (uint32_t i = 0; i < part->array_count; i++) {
         ref_array *a = &part->arrays[i];
         a->w = next;
         next += a->count;
-        a->q = a->uniform ? allocate(r->ctx, a->count, sizeof *a->q) : NULL;
+        a->q = a->uniform ? ref_allocate(r->ctx, a->count, sizeof *a->q) : NULL;
     }
     read_raw(r, part);
     read_coded(r, part);
@@ -632,7 +479,7 @@ static float fourier_element(uint64_t *state, float sigma) {
 static const float *fourier_matrix(context *ctx, const ref_part *part) {
     if (part->input != 2 || part->fourier_source == 1)
         return part->input == 2 ? part->arrays[0].w : NULL;
-    float *matrix = allocate(ctx, 4 * part->fourier_count, sizeof *matrix);
+    float *matrix = ref_allocate(ctx, 4 * part->fourier_count, sizeof *matrix);
     uint64_t state = part->fourier_seed;
     for (uint32_t i = 0; i < 4 * part->fourier_count; i++)
         matrix[i] = fourier_element(&state, part->fourier_sigma);
@@ -673,7 +520,7 @@ static void read_segment(reader *r, ref_segment *s) {
         reader part = take_reader(r, take_u64(r));
         if (kind != 1 && kind != 2)
             fail(r->ctx, REF_UNSUPPORTED_FEATURE, "SEGM: unknown kind of part");
-        s->parts[i] = allocate(r->ctx, 1, sizeof *s->parts[i]);
+        s->parts[i] = ref_allocate(r->ctx, 1, sizeof *s->parts[i]);
         s->parts[i]->kind = kind;
         if (kind == 1)
             read_network(&part, s->parts[i]);

@@ -17,6 +17,25 @@ typedef struct ref_reader {
 /* Ends the reading as corrupt unless what the text demands is so. */
 void ref_demand(const ref_reader *r, bool is_so, const char *message);
 
+/* Zeroed memory that lives as long as the file. */
+void *ref_allocate(struct ref_context *ctx, uint64_t count, size_t size);
+
+/* Bits of |a| without leading zeros. */
+static inline uint32_t ref_bitlength(int64_t a) {
+    uint32_t length = 0;
+    for (int64_t rest = a < 0 ? -a : a; rest > 0; rest >>= 1)
+        length++;
+    return length;
+}
+
+/* Section 10.1: whether an array has residuals in the stream. */
+static inline bool ref_is_stored(const ref_array *a) {
+    return a->uniform && a->bits > 0;
+}
+
+/* Section 10.5: the residuals of a part's arrays. */
+void ref_decode_range(ref_reader *coded, const ref_part *part);
+
 /* u8, u16 and u32, by their number of bytes. */
 uint32_t ref_take_uint(ref_reader *r, uint32_t bytes);
 float ref_take_f32(ref_reader *r);

@@ -123,7 +123,7 @@ static void other_minor_versions_are_refused_while_major_is_zero(void **state) {
     nsdf_buffer b = {0};
     nsdf_version_fields v;
     nsdf_write_preamble(&b);
-    for (int minor = 0; minor < 4; minor++) {
+    for (int minor = 0; minor <= NSDF_FORMAT_MINOR + 1; minor++) {
         b.data[10] = (uint8_t)minor;
         b.data[11] = 77; /* reserved: ignored */
         b.size = 12;

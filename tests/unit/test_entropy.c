@@ -138,6 +138,71 @@ static void range_coder_gains_from_alike_magnitudes(void **state) {
     }
 }
 
+static void squashed_logits_rise_and_are_symmetric(void **state) {
+    (void)state;
+    uint32_t before = 0;
+    for (int32_t x = -NSDF_LOGIT_MAX; x <= NSDF_LOGIT_MAX; x++) {
+        uint32_t p = nsdf_squash(x);
+        assert_true(p >= before && p >= 22 && p <= 65514);
+        assert_true(fabs(p / 65536.0 - 1.0 / (1.0 + exp(-x / 256.0))) < 0.0025);
+        assert_in_range(p + nsdf_squash(-x), 65535, 65537);
+        before = p;
+    }
+}
+
+static void stretched_probabilities_come_back(void **state) {
+    (void)state;
+    nsdf_logistic_tables t;
+    nsdf_logistic_fill(&t);
+    for (int32_t p = 2; p < NSDF_STRETCH_SIZE - 2; p++) {
+        assert_true(t.stretch[p] >= t.stretch[p - 1]);
+        assert_in_range(nsdf_squash(t.stretch[p]), 16 * p, 16 * p + 300);
+        assert_true(nsdf_squash(t.stretch[p] - 1) < 16 * (uint32_t)p + 8);
+    }
+    assert_int_equal(t.rates[0], 32768);
+    assert_int_equal(t.trust[0], 0); /* a fresh model has no say */
+    assert_int_equal(t.trust[1], 128);
+}
+
+/* The longest runs of one bit, then of the other: weights and sums stay inside, and the mix comes round. */
+static void mixing_follows_a_source_that_turns(void **state) {
+    (void)state;
+    nsdf_logistic_tables t;
+    nsdf_logistic_fill(&t);
+    nsdf_bit_model models[4] = {{32768, 0}, {32768, 0}, {32768, 0}, {32768, 0}};
+    int32_t weights[4] = {NSDF_MIX_WEIGHT_START, NSDF_MIX_WEIGHT_MAX, -NSDF_MIX_WEIGHT_MAX, 0}, votes[4];
+    for (int i = 0; i < 40000; i++) {
+        uint32_t bit = i >= 20000;
+        for (int k = 0; k < 4; k++)
+            votes[k] = nsdf_bit_vote(&models[k], &t);
+        uint32_t zero = nsdf_squash(nsdf_mix(votes, weights, 4));
+        nsdf_mix_learn(votes, weights, 4, zero, bit);
+        for (int k = 0; k < 4; k++) {
+            nsdf_bit_update(&models[k], bit, &t);
+            assert_true(models[k].zero > 0 && abs(weights[k]) <= NSDF_MIX_WEIGHT_MAX);
+        }
+        if (i == 19999)
+            assert_true(zero > 64000);
+        if (i == 39999)
+            assert_true(zero < 1500);
+    }
+}
+
+/* Elements that rest for some planes, then move: their own past tells which. */
+static void range_coder_gains_from_rest_and_motion(void **state) {
+    (void)state;
+    enum { PLANES = 40, ELEMENTS = 240, COUNT = PLANES * ELEMENTS };
+    nsdf_network_desc d;
+    int32_t r[COUNT];
+    uint64_t rng = 15;
+    for (int i = 0; i < COUNT; i++) {
+        const int moving = (i / ELEMENTS / 8 + i % ELEMENTS / 12) % 2;
+        r[i] = (int32_t)lrint((moving ? 20.0 : 0.2) * sample_gauss(&rng));
+    }
+    single_array(&d, NSDF_ENTROPY_RANGE, PLANES, ELEMENTS / 12, 12);
+    assert_true((double)coded_size(&d, r) < 0.87 * histogram_entropy(r, COUNT));
+}
+
 static void small_arrays_cost_little_more_than_packed(void **state) {
     (void)state;
     nsdf_network_desc d;
@@ -167,7 +232,7 @@ static void equal_values_cost_nothing(void **state) {
 /* The example in the specification, section "Range coder". */
 static void range_stream_is_pinned(void **state) {
     (void)state;
-    static const uint8_t expected[] = {0x49, 0x50, 0xbc, 0xb7, 0x6a, 0x8e, 0x0d, 0xc8, 0xae, 0x08, 0x00};
+    static const uint8_t expected[] = {0xcd, 0x04, 0x58, 0x8c, 0xfc, 0xcf, 0xa1, 0x70, 0xb4, 0x00, 0x00};
     nsdf_network_desc d;
     const int32_t r[12] = {3, -1, 0, 0, 12, -7, 2, -1, 1, 0, 9, -6};
     nsdf_buffer out = {0};
@@ -346,7 +411,11 @@ static void back_ends_have_names(void **state) {
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(range_coder_is_within_three_percent_of_the_entropy),
+        cmocka_unit_test(squashed_logits_rise_and_are_symmetric),
+        cmocka_unit_test(stretched_probabilities_come_back),
+        cmocka_unit_test(mixing_follows_a_source_that_turns),
         cmocka_unit_test(range_coder_gains_from_alike_magnitudes),
+        cmocka_unit_test(range_coder_gains_from_rest_and_motion),
         cmocka_unit_test(small_arrays_cost_little_more_than_packed),
         cmocka_unit_test(equal_values_cost_nothing),
         cmocka_unit_test(range_stream_is_pinned),
