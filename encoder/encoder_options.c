@@ -85,7 +85,7 @@ void nsdf_encoder_options_init(nsdf_encoder_options *options, nsdf_preset preset
     if (preset == NSDF_PRESET_MEDIUM) {
         o.steps = 40000;
         o.blocks = 1400;
-        o.bones = 74;
+        o.bones = 78;
         o.block_steps = 40000;
         o.block_knot_spacing = 1.4;
         o.level_spacing = 12.0;
@@ -96,8 +96,8 @@ void nsdf_encoder_options_init(nsdf_encoder_options *options, nsdf_preset preset
     if (preset == NSDF_PRESET_SLOW) {
         o.steps = 100000;
         o.blocks = 2600;
-        o.bones = 100;
-        o.block_steps = 120000;
+        o.bones = 104;
+        o.block_steps = 60000;
         o.block_knot_spacing = 1.0;
         o.level_spacing = 9.0;
         o.pose_step = 9e-5;

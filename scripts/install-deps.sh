@@ -13,7 +13,11 @@ for option in "$@"; do
     case $option in
     --clang) packages+=(clang) ;;
     --meshlab) packages+=(meshlab xvfb xauth) ;;
-    --gltf) packages+=(nodejs npm chromium) ;;
+    --gltf)
+        packages+=(chromium)
+        # npm from elsewhere and Debian's exclude each other
+        command -v npm >/dev/null || packages+=(nodejs npm)
+        ;;
     --bench) packages+=(draco libdraco-dev libopenblas-dev gnuplot-nox) ;;
     *)
         echo "install-deps: unknown option: $option" >&2
