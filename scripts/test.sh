@@ -96,7 +96,7 @@ if [ "$mode" != quick ]; then
     say "Build with address and undefined-behaviour sanitizers"
     if build sanitize -DCMAKE_BUILD_TYPE=RelWithDebInfo -DNSDF_SANITIZE=address,undefined; then
         say "Unit and hostile-input tests under the sanitizers"
-        run sanitize -L '^quick$' -R '^(test_|hostile_|cli_fixture)'
+        run sanitize -L '^quick$' -R '^(test_|hostile_|fuzz_replay_|cli_fixture)'
     fi
 fi
 
