@@ -243,6 +243,14 @@ nsdf_status nsdf_get_segment_info(nsdf_decoder *decoder, uint32_t index, nsdf_se
     return NSDF_OK;
 }
 
+nsdf_status nsdf_get_memory_use(const nsdf_decoder *decoder, nsdf_memory_use *use) {
+    if (!decoder || !use)
+        return NSDF_INVALID_ARGUMENT;
+    use->held = decoder->memory.used;
+    use->most = decoder->memory.peak;
+    return NSDF_OK;
+}
+
 nsdf_status nsdf_frame_time(const nsdf_decoder *decoder, uint32_t index, double *seconds) {
     if (!decoder || !seconds || index >= decoder->stream.header.frame_count)
         return NSDF_INVALID_ARGUMENT;

@@ -18,7 +18,9 @@ struct nsdf_decoder {
     uint64_t scratch_floats;    /* room in field.scratch */
     nsdf_mesher *mesher;        /* made at the first extraction */
     nsdf_mesh_storage into;     /* for nsdf_extract_mesh_into */
-    nsdf_error error;           /* of the last call that failed */
+    nsdf_extraction_stats stats;
+    double pace;      /* seconds for each unit of squared resolution, of the last nsdf_extract_mesh_within; 0 = none */
+    nsdf_error error; /* of the last call that failed */
 };
 
 /* NSDF_INVALID_ARGUMENT with a message in the handle's error. */

@@ -53,8 +53,10 @@ nsdf_status nsdf_memory_take(nsdf_memory *memory, uint64_t size, void **out) {
     const block_header header = {base, total};
     memcpy(start - sizeof header, &header, sizeof header);
     memory->used += total;
-    if (memory->used > memory->peak)
-        memory->peak = memory->used;
+    held += total;
+    memory->peak = held > memory->peak ? held : memory->peak;
+    if (memory->beside)
+        memory->beside->peak = held > memory->beside->peak ? held : memory->beside->peak;
     *out = start;
     return NSDF_OK;
 }

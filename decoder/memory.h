@@ -6,8 +6,8 @@
 
 typedef struct nsdf_memory {
     nsdf_allocator hook;
-    uint64_t used, peak, limit;       /* bytes */
-    const struct nsdf_memory *beside; /* NULL, or an account whose bytes count towards this one's limit too */
+    uint64_t used, peak, limit; /* bytes */
+    struct nsdf_memory *beside; /* NULL, or an account whose bytes count towards this one's limit and peak too */
 } nsdf_memory;
 
 /* hook NULL or with NULL functions = malloc and free. */

@@ -48,11 +48,22 @@ static nsdf_status fail_extraction(nsdf_decoder *decoder, nsdf_status status) {
     return nsdf_fail(&decoder->error, status, 0, 0, "%s", message);
 }
 
+static void keep_stats(nsdf_decoder *decoder, uint32_t resolution, double composed) {
+    const nsdf_mesher_stats s = nsdf_mesher_get_stats(decoder->mesher);
+    decoder->stats = (nsdf_extraction_stats){resolution,      nsdf_tasks_workers(decoder->tasks),
+                                             composed,        s.search,
+                                             s.corners,       s.triangles,
+                                             s.vertices,      s.centres,
+                                             s.corner_points, s.vertex_points};
+}
+
 /* The surface at time t; `storage` belongs to the account `memory`, which may be the handle's. */
 static nsdf_status extract(nsdf_decoder *decoder, double t, const nsdf_mesh_options *options, nsdf_memory *memory,
                            nsdf_mesh_storage *storage) {
     nsdf_mesher_job job;
+    const double start = nsdf_mesher_clock();
     nsdf_status status = nsdf_handle_prepare(decoder, t);
+    const double composed = nsdf_mesher_clock() - start;
     if (status == NSDF_OK)
         status = fill_job(decoder, options, &job);
     if (status != NSDF_OK)
@@ -63,7 +74,10 @@ static nsdf_status extract(nsdf_decoder *decoder, double t, const nsdf_mesh_opti
         nsdf_handle_trim(decoder, decoder->field.segment);
         status = run_mesher(decoder, &job, memory, storage);
     }
-    return status == NSDF_OK ? NSDF_OK : fail_extraction(decoder, status);
+    if (status != NSDF_OK)
+        return fail_extraction(decoder, status);
+    keep_stats(decoder, job.resolution, composed);
+    return NSDF_OK;
 }
 
 static nsdf_status create_mesh(const nsdf_decoder *decoder, nsdf_mesh **mesh) {
@@ -116,6 +130,13 @@ nsdf_status nsdf_extract_mesh(nsdf_decoder *decoder, double t, const nsdf_mesh_o
     else if (!*mesh)
         nsdf_mesh_free(&target);
     return status;
+}
+
+nsdf_status nsdf_get_extraction_stats(const nsdf_decoder *decoder, nsdf_extraction_stats *stats) {
+    if (!decoder || !stats)
+        return NSDF_INVALID_ARGUMENT;
+    *stats = decoder->stats;
+    return NSDF_OK;
 }
 
 nsdf_status nsdf_mesh_get_view(const nsdf_mesh *mesh, nsdf_mesh_view *view) {

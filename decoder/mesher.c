@@ -10,6 +10,9 @@ nsdf_status nsdf_mesher_reserve(nsdf_mesher *mesher, nsdf_array *array, uint64_t
     return nsdf_memory_grow(mesher->memory, &array->data, &array->capacity, count, used, element_size);
 }
 
+/* Seconds between two questions whether to cancel. */
+static const double shortest_slice = 0.001, longest_slice = 0.003;
+
 typedef struct slice {
     nsdf_mesher *mesher;
     nsdf_task_fn fn;
@@ -21,7 +24,7 @@ static void run_in_slice(void *data, uint32_t index, uint32_t worker) {
     s->fn(s->mesher, s->first + index, worker);
 }
 
-static double seconds(void) {
+double nsdf_mesher_clock(void) {
     struct timespec now;
     return timespec_get(&now, TIME_UTC) ? (double)now.tv_sec + 1e-9 * (double)now.tv_nsec : 0;
 }
@@ -37,16 +40,21 @@ nsdf_status nsdf_mesher_parallel(nsdf_mesher *mesher, uint64_t count, nsdf_task_
             return NSDF_CANCELLED;
         slice s = {mesher, fn, first};
         const uint32_t n = nsdf_min_u32(size, (uint32_t)count - first);
-        const double start = seconds();
+        const double start = nsdf_mesher_clock();
         nsdf_tasks_run(mesher->tasks, n, run_in_slice, &s);
-        const double elapsed = seconds() - start;
-        if (elapsed < 0.004 && size < UINT32_MAX / 2)
+        const double elapsed = nsdf_mesher_clock() - start;
+        if (elapsed < shortest_slice && size < UINT32_MAX / 2)
             size *= 2;
-        if (elapsed > 0.016 && size > 1)
+        if (elapsed > longest_slice && size > 1)
             size /= 2;
         first += n;
     }
     return NSDF_OK;
+}
+
+nsdf_status nsdf_mesher_ask(const nsdf_mesher *mesher, uint64_t step, uint32_t every) {
+    const nsdf_mesher_job *job = mesher->job;
+    return step % every == 0 && job->cancel && job->cancel(job->cancel_user) ? NSDF_CANCELLED : NSDF_OK;
 }
 
 nsdf_status nsdf_mesher_create(nsdf_memory *memory, nsdf_tasks *tasks, nsdf_mesher **mesher) {
@@ -95,22 +103,48 @@ static int job_is_valid(const nsdf_mesher_job *job) {
     return longest > 0;
 }
 
+static nsdf_status begin(nsdf_mesher *mesher) {
+    const uint32_t workers = nsdf_tasks_workers(mesher->tasks);
+    const nsdf_status status = nsdf_mesher_reserve(mesher, &mesher->scratch, workers, 0, sizeof(nsdf_mesher_scratch));
+    if (status != NSDF_OK)
+        return status;
+    for (uint32_t i = 0; i < workers; i++)
+        ((nsdf_mesher_scratch *)mesher->scratch.data)[i].evaluated = 0;
+    mesher->evaluated = 0;
+    memset(&mesher->stats, 0, sizeof mesher->stats);
+    return nsdf_grid_begin(mesher);
+}
+
+static nsdf_status make_faces(nsdf_mesher *mesher) {
+    const nsdf_status status = nsdf_mesher_make_triangles(mesher);
+    return status == NSDF_OK ? nsdf_mesher_drop_pieces(mesher) : status;
+}
+
+/* Calls a phase unless one before it failed; adds the seconds that it took. */
+static void run_phase(nsdf_mesher *mesher, nsdf_status (*phase)(nsdf_mesher *), double *taken, nsdf_status *status) {
+    if (*status != NSDF_OK)
+        return;
+    const double start = nsdf_mesher_clock();
+    *status = phase(mesher);
+    *taken += nsdf_mesher_clock() - start;
+}
+
 static nsdf_status run_phases(nsdf_mesher *mesher) {
-    nsdf_status status = nsdf_mesher_reserve(mesher, &mesher->scratch, nsdf_tasks_workers(mesher->tasks), 0,
-                                             sizeof(nsdf_mesher_scratch));
-    if (status == NSDF_OK)
-        status = nsdf_grid_begin(mesher);
-    if (status == NSDF_OK)
-        status = nsdf_mesher_find_cells(mesher);
-    if (status == NSDF_OK)
-        status = nsdf_mesher_evaluate_corners(mesher);
-    if (status == NSDF_OK)
-        status = nsdf_mesher_make_triangles(mesher);
-    if (status == NSDF_OK)
-        status = nsdf_mesher_drop_pieces(mesher);
-    if (status == NSDF_OK)
-        status = nsdf_mesher_finish_vertices(mesher);
+    nsdf_mesher_stats *stats = &mesher->stats;
+    nsdf_status status = begin(mesher);
+    run_phase(mesher, nsdf_mesher_find_cells, &stats->search, &status);
+    stats->centres = mesher->evaluated;
+    run_phase(mesher, nsdf_mesher_evaluate_corners, &stats->corners, &status);
+    stats->corner_points = mesher->evaluated - stats->centres;
+    run_phase(mesher, make_faces, &stats->triangles, &status);
+    run_phase(mesher, nsdf_mesher_finish_vertices, &stats->vertices, &status);
+    for (uint32_t i = 0; status == NSDF_OK && i < nsdf_tasks_workers(mesher->tasks); i++)
+        stats->vertex_points += ((nsdf_mesher_scratch *)mesher->scratch.data)[i].evaluated;
     return status;
+}
+
+nsdf_mesher_stats nsdf_mesher_get_stats(const nsdf_mesher *mesher) {
+    return mesher->stats;
 }
 
 nsdf_status nsdf_mesher_run(nsdf_mesher *mesher, const nsdf_mesher_job *job, nsdf_memory *storage_memory,

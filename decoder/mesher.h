@@ -31,6 +31,12 @@ typedef struct nsdf_mesh_storage {
     int has_normals;
 } nsdf_mesh_storage;
 
+/* What a run took, phase by phase, as in nsdf_extraction_stats. */
+typedef struct nsdf_mesher_stats {
+    double search, corners, triangles, vertices; /* seconds */
+    uint64_t centres, corner_points, vertex_points;
+} nsdf_mesher_stats;
+
 typedef struct nsdf_mesher nsdf_mesher; /* scratch memory, used again from frame to frame */
 
 nsdf_status nsdf_mesher_create(nsdf_memory *memory, nsdf_tasks *tasks, nsdf_mesher **mesher);
@@ -40,6 +46,11 @@ void nsdf_mesher_free(nsdf_mesher **mesher);
  * storage has no vertices.  The storage's memory comes from `storage_memory`. */
 nsdf_status nsdf_mesher_run(nsdf_mesher *mesher, const nsdf_mesher_job *job, nsdf_memory *storage_memory,
                             nsdf_mesh_storage *storage);
+/* Seconds of a clock for statistics and budgets, never for results. */
+double nsdf_mesher_clock(void);
+
+/* Of the last run. */
+nsdf_mesher_stats nsdf_mesher_get_stats(const nsdf_mesher *mesher);
 void nsdf_mesh_storage_free(nsdf_memory *storage_memory, nsdf_mesh_storage *storage);
 
 #endif

@@ -101,8 +101,10 @@ static void mark_for_check(nsdf_mesher *mesher, const nsdf_brick *brick) {
     }
 }
 
-static void update_signs(nsdf_mesher *mesher) {
-    for (uint32_t index = 0; index < mesher->brick_count; index++) {
+static nsdf_status update_signs(nsdf_mesher *mesher) {
+    nsdf_status status = NSDF_OK;
+    for (uint32_t index = 0; index < mesher->brick_count && status == NSDF_OK; index++) {
+        status = nsdf_mesher_ask(mesher, index, 512);
         nsdf_brick *brick = brick_at(mesher, index);
         if (!brick->fresh)
             continue;
@@ -116,19 +118,19 @@ static void update_signs(nsdf_mesher *mesher) {
         brick->fresh = 0;
         mark_for_check(mesher, brick);
     }
+    return status;
 }
 
 static nsdf_status evaluate_requested(nsdf_mesher *mesher) {
-    const nsdf_status status = nsdf_grid_evaluate_points(mesher);
-    if (status != NSDF_OK)
-        return status;
+    nsdf_status status = nsdf_grid_evaluate_points(mesher);
     const nsdf_grid_point *points = mesher->points.data;
     const float *values = mesher->point_values.data;
-    for (uint64_t i = 0; i < mesher->point_count; i++)
+    for (uint64_t i = 0; i < mesher->point_count && status == NSDF_OK; i++) {
         nsdf_grid_store(mesher, &points[i], values[i]);
+        status = nsdf_mesher_ask(mesher, i, 1 << 15);
+    }
     mesher->point_count = 0;
-    update_signs(mesher);
-    return NSDF_OK;
+    return status == NSDF_OK ? update_signs(mesher) : status;
 }
 
 /* ---- Following the surface --------------------------------------------------------------------------------- */
@@ -218,8 +220,11 @@ static nsdf_status check_brick(nsdf_mesher *mesher, uint32_t index) {
 nsdf_status nsdf_mesher_evaluate_corners(nsdf_mesher *mesher) {
     nsdf_status status = NSDF_OK;
     mesher->point_count = 0;
-    for (uint32_t i = 0; i < mesher->brick_count && status == NSDF_OK; i++)
+    for (uint32_t i = 0; i < mesher->brick_count && status == NSDF_OK; i++) {
         status = request_cells(mesher, i);
+        if (status == NSDF_OK)
+            status = nsdf_mesher_ask(mesher, i, 512);
+    }
     while (status == NSDF_OK) {
         status = evaluate_requested(mesher);
         for (uint32_t i = 0; i < mesher->brick_count && status == NSDF_OK; i++)

@@ -150,6 +150,7 @@ nsdf_status nsdf_grid_evaluate_points(nsdf_mesher *mesher) {
         nsdf_mesher_reserve(mesher, &mesher->point_values, mesher->point_count, 0, sizeof(float));
     if (status != NSDF_OK)
         return status;
+    mesher->evaluated += mesher->point_count;
     return nsdf_mesher_parallel(mesher, (mesher->point_count + NSDF_MESHER_BATCH - 1) / NSDF_MESHER_BATCH,
                                 evaluate_batch);
 }

@@ -63,6 +63,7 @@ typedef struct nsdf_mesher_scratch {
     float travel[NSDF_MESHER_BATCH]; /* since the gradient was evaluated */
     float damping[NSDF_MESHER_BATCH];
     uint32_t list[NSDF_MESHER_BATCH];
+    uint64_t evaluated; /* points of vertices */
 } nsdf_mesher_scratch;
 
 struct nsdf_mesher {
@@ -87,6 +88,8 @@ struct nsdf_mesher {
     const nsdf_mesher_job *job; /* of the run under way */
     nsdf_mesh_storage *storage;
     nsdf_memory *storage_memory;
+    uint64_t evaluated; /* points of the grid */
+    nsdf_mesher_stats stats;
 };
 
 enum {
@@ -122,6 +125,8 @@ nsdf_status nsdf_mesher_reserve(nsdf_mesher *mesher, nsdf_array *array, uint64_t
                                 size_t element_size);
 /* fn(mesher, i, worker) for every i < count, asking for cancellation every few milliseconds. */
 nsdf_status nsdf_mesher_parallel(nsdf_mesher *mesher, uint64_t count, nsdf_task_fn fn);
+/* For loops that are not parallel, with the number of the step: every so many steps asks whether to cancel. */
+nsdf_status nsdf_mesher_ask(const nsdf_mesher *mesher, uint64_t step, uint32_t every);
 
 /* mesher_grid.c */
 

@@ -128,8 +128,11 @@ static nsdf_status activate_cubes(nsdf_mesher *mesher) {
     nsdf_grid_point *centres = mesher->points.data;
     const float *values = mesher->point_values.data;
     nsdf_status status = NSDF_OK;
-    for (uint64_t i = 0; i < mesher->cube_count && status == NSDF_OK; i++)
+    for (uint64_t i = 0; i < mesher->cube_count && status == NSDF_OK; i++) {
         status = activate_cube(mesher, &cubes[i], &centres[i], values[i]);
+        if (status == NSDF_OK)
+            status = nsdf_mesher_ask(mesher, i, 4096);
+    }
     return status;
 }
 
@@ -160,8 +163,11 @@ static nsdf_status activate_all(nsdf_mesher *mesher) {
     nsdf_status status = NSDF_OK;
     for (uint32_t z = 0; z < bricks[2]; z++)
         for (uint32_t y = 0; y < bricks[1]; y++)
-            for (uint32_t x = 0; x < bricks[0] && status == NSDF_OK; x++)
+            for (uint32_t x = 0; x < bricks[0] && status == NSDF_OK; x++) {
                 status = activate_whole_brick(mesher, x, y, z);
+                if (status == NSDF_OK)
+                    status = nsdf_mesher_ask(mesher, mesher->brick_count, 512);
+            }
     return status;
 }
 

@@ -22,6 +22,7 @@ typedef struct batch {
 static void evaluate(const batch *b, uint32_t count, float *const slope[3]) {
     const nsdf_field *field = &b->mesher->job->field;
     const float *const xyz[3] = {b->s->point[0], b->s->point[1], b->s->point[2]};
+    b->s->evaluated += count;
     if (count > 0)
         field->evaluate(field->user, b->worker, count, xyz, b->s->value, slope);
 }

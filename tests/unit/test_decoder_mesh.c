@@ -5,6 +5,8 @@
 #include <setjmp.h>
 #include <cmocka.h>
 
+#include <time.h>
+
 #include "make_file.h"
 #include "nsdf/decoder.h"
 
@@ -189,6 +191,133 @@ static void test_cancelling_leaves_an_empty_mesh(void **state) {
     free_file(&file);
 }
 
+/* The user of a cancel callback that asks for it some time after the start, and knows the longest pause. */
+typedef struct stopwatch {
+    double start, after, last, longest, asked;
+} stopwatch;
+
+/* Processor time, so that other programs do not count. */
+static double processor_time(void) {
+    struct timespec now;
+    assert_int_equal(clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &now), 0);
+    return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
+}
+
+static int cancel_after(void *user) {
+    stopwatch *w = user;
+    const double now = processor_time();
+    w->longest = now - w->last > w->longest ? now - w->last : w->longest;
+    w->last = now;
+    if (now - w->start < w->after)
+        return 0;
+    w->asked = w->asked > 0.0 ? w->asked : now;
+    return 1;
+}
+
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+static const double cancel_within = 0.100;
+#else
+static const double cancel_within = 0.010;
+#endif
+
+/* The longest of the time between two questions and the time from the answer to the return; 0 when it was not asked. */
+static double cancel_pause(nsdf_decoder *decoder, double after, nsdf_mesh **mesh) {
+    const double start = processor_time();
+    stopwatch w = {start, after, start, 0.0, 0.0};
+    nsdf_mesh_options options;
+    nsdf_mesh_options_init(&options);
+    options.resolution = 200;
+    options.cancel = cancel_after;
+    options.cancel_user = &w;
+    if (nsdf_extract_mesh(decoder, 0.1, &options, mesh) != NSDF_CANCELLED)
+        return 0.0;
+    const double took = processor_time() - w.asked;
+    return w.longest > took ? w.longest : took;
+}
+
+static void test_cancelling_takes_at_most_ten_milliseconds(void **state) {
+    made_file file;
+    nsdf_mesh *mesh = NULL;
+    (void)state;
+    nsdf_decoder *decoder = open_made(&file, 1);
+    assert_true(cancel_pause(decoder, 1e9, &mesh) == 0.0); /* memory that grows is copied: once, before */
+    for (int i = 0; i < 10; i++) {
+        const double after = 0.02 * i;
+        double best = 1.0; /* of three tries: pages and caches are warm from the second on */
+        for (int again = 0; again < 3 && best > cancel_within; again++)
+            best = fmin(best, cancel_pause(decoder, after, &mesh));
+        assert_true(best <= cancel_within);
+    }
+    nsdf_mesh_free(&mesh);
+    nsdf_close(&decoder);
+    free_file(&file);
+}
+
+static void test_a_time_budget_chooses_the_resolution_only(void **state) {
+    made_file file;
+    nsdf_mesh *mesh = NULL, *plain = NULL;
+    nsdf_mesh_options options;
+    uint32_t resolution = 0;
+    (void)state;
+    nsdf_decoder *decoder = open_made(&file, 1);
+    nsdf_mesh_options_init(&options);
+    options.resolution = 100;
+    for (int i = 0; i < 3; i++) {
+        const double budgets[3] = {0.0, 1e9, 0.004};
+        assert_int_equal(nsdf_extract_mesh_within(decoder, 0.1, &options, budgets[i], &mesh, &resolution), NSDF_OK);
+        assert_in_range(resolution, 32, 100);
+        assert_true(i != 0 || resolution == 32);
+        assert_true(i != 1 || resolution == 100);
+        nsdf_mesh_options same = options;
+        same.resolution = resolution;
+        assert_int_equal(nsdf_extract_mesh(decoder, 0.1, &same, &plain), NSDF_OK);
+        const nsdf_mesh_view a = view_of(mesh), b = view_of(plain);
+        assert_same(&a, &b);
+    }
+    options.resolution = 20;
+    assert_int_equal(nsdf_extract_mesh_within(decoder, 0.1, &options, 0.0, &mesh, &resolution), NSDF_OK);
+    assert_int_equal(resolution, 20);
+    assert_int_equal(nsdf_extract_mesh_within(decoder, 0.1, &options, (double)NAN, &mesh, NULL), NSDF_INVALID_ARGUMENT);
+    assert_int_equal(nsdf_extract_mesh_within(decoder, 0.1, &options, -1.0, &mesh, NULL), NSDF_INVALID_ARGUMENT);
+    assert_int_equal(nsdf_extract_mesh_within(NULL, 0.1, &options, 1.0, &mesh, NULL), NSDF_INVALID_ARGUMENT);
+    int calls = 0;
+    options.resolution = 100;
+    options.cancel = cancel_at_once;
+    options.cancel_user = &calls;
+    assert_int_equal(nsdf_extract_mesh_within(decoder, 0.1, &options, 1.0, &mesh, NULL), NSDF_CANCELLED);
+    nsdf_mesh_free(&mesh);
+    nsdf_mesh_free(&plain);
+    nsdf_close(&decoder);
+    free_file(&file);
+}
+
+static void test_what_was_done_and_held_is_reported(void **state) {
+    made_file file;
+    nsdf_mesh *mesh = NULL;
+    nsdf_extraction_stats stats;
+    nsdf_memory_use before, after;
+    (void)state;
+    nsdf_decoder *decoder = open_made(&file, 2);
+    assert_int_equal(nsdf_get_extraction_stats(decoder, &stats), NSDF_OK);
+    assert_int_equal(stats.resolution, 0);
+    assert_int_equal(nsdf_get_memory_use(decoder, &before), NSDF_OK);
+    assert_true(before.held > 0 && before.most >= before.held);
+    assert_int_equal(nsdf_extract_mesh(decoder, 0.1, NULL, &mesh), NSDF_OK);
+    const nsdf_mesh_view view = view_of(mesh);
+    assert_int_equal(nsdf_get_extraction_stats(decoder, &stats), NSDF_OK);
+    assert_int_equal(stats.resolution, file.header.default_resolution);
+    assert_int_equal(stats.threads, 2);
+    assert_true(stats.centres > 0 && stats.corner_points > 0 && stats.vertex_points > 0);
+    assert_int_equal(nsdf_get_memory_use(decoder, &after), NSDF_OK);
+    assert_true(after.held > before.held);
+    assert_true(after.most >= after.held + 36 * (uint64_t)view.vertex_count);
+    assert_int_equal(nsdf_get_memory_use(decoder, NULL), NSDF_INVALID_ARGUMENT);
+    assert_int_equal(nsdf_get_extraction_stats(NULL, &stats), NSDF_INVALID_ARGUMENT);
+    nsdf_mesh_free(&mesh);
+    nsdf_close(&decoder);
+    free_file(&file);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_a_mesh_lies_on_the_zero_set_and_outlives_the_handle),
@@ -196,6 +325,9 @@ int main(void) {
         cmocka_unit_test(test_buffers_of_the_size_asked_for_are_enough),
         cmocka_unit_test(test_options_out_of_range_are_refused),
         cmocka_unit_test(test_cancelling_leaves_an_empty_mesh),
+        cmocka_unit_test(test_cancelling_takes_at_most_ten_milliseconds),
+        cmocka_unit_test(test_a_time_budget_chooses_the_resolution_only),
+        cmocka_unit_test(test_what_was_done_and_held_is_reported),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -211,6 +211,14 @@ typedef struct nsdf_segment_info {
 NSDF_API NSDF_MUST_USE nsdf_status nsdf_get_segment_info(nsdf_decoder *decoder, uint32_t index,
                                                          nsdf_segment_info *info);
 
+/* Bytes that the handle holds, and the most that it held so far, together with the mesh that was being extracted into;
+ * meshes' own bytes are not in `held`. */
+typedef struct nsdf_memory_use {
+    uint64_t held, most;
+} nsdf_memory_use;
+
+NSDF_API NSDF_MUST_USE nsdf_status nsdf_get_memory_use(const nsdf_decoder *decoder, nsdf_memory_use *use);
+
 /* Exact time of nominal frame `index` in seconds, without the drift of summed steps. */
 NSDF_API NSDF_MUST_USE nsdf_status nsdf_frame_time(const nsdf_decoder *decoder, uint32_t index, double *seconds);
 
@@ -242,7 +250,8 @@ typedef struct nsdf_mesh_options {
     uint32_t dense;      /* nonzero: evaluate every cell.  0 (default): skip a cube of half diagonal r where
                             |f(centre)| > extraction_bound * r; the encoder checks the bound it stores, so that both
                             give the same mesh */
-    int (*cancel)(void *user); /* called now and then on the calling thread; nonzero stops with NSDF_CANCELLED */
+    int (*cancel)(void *user); /* called every few milliseconds on the calling thread, less often only while the
+                                  handle's memory grows or a segment is loaded; nonzero stops with NSDF_CANCELLED */
     void *cancel_user;
     uint32_t all_pieces; /* nonzero: keep connected pieces smaller than nsdf_info.smallest_piece too */
 } nsdf_mesh_options;
@@ -268,6 +277,26 @@ NSDF_API NSDF_MUST_USE nsdf_status nsdf_extract_mesh(nsdf_decoder *decoder, doub
 NSDF_API NSDF_MUST_USE nsdf_status nsdf_mesh_get_view(const nsdf_mesh *mesh, nsdf_mesh_view *view);
 /* NULL-safe, sets *mesh to NULL. */
 NSDF_API void nsdf_mesh_free(nsdf_mesh **mesh);
+
+/* The same at the highest resolution, up to that of the options (0 = the file's default), that is likely to be ready
+ * within `seconds` on this machine, judged by what the handle extracted before; never below 32, or that of the options
+ * if it is lower, however long that takes.  What would be late is given up for the resolution 32.  *resolution, unless
+ * NULL, becomes the one chosen: it depends on the machine's speed, the mesh depends on it as with nsdf_extract_mesh. */
+NSDF_API NSDF_MUST_USE nsdf_status nsdf_extract_mesh_within(nsdf_decoder *decoder, double t,
+                                                            const nsdf_mesh_options *options, double seconds,
+                                                            nsdf_mesh **mesh, uint32_t *resolution);
+
+/* What the last successful extraction with the handle did; all 0 before the first. */
+typedef struct nsdf_extraction_stats {
+    uint32_t resolution, threads;
+    double compose, search, corners, triangles, vertices; /* seconds: parameters at t; search for cells at the surface,
+                                                             coarse to fine; values at their corners; triangles and
+                                                             pieces; Newton steps and normals */
+    uint64_t centres, corner_points, vertex_points; /* points evaluated: centres of cubes in the search, corners, and
+                                                       for vertices, value and gradient each counted once */
+} nsdf_extraction_stats;
+
+NSDF_API NSDF_MUST_USE nsdf_status nsdf_get_extraction_stats(const nsdf_decoder *decoder, nsdf_extraction_stats *stats);
 
 /* Buffers of the caller.  The counts are filled in on success and on NSDF_BUFFER_TOO_SMALL (then nothing else is
  * written, and a call with those capacities succeeds). */
