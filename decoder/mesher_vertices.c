@@ -5,7 +5,7 @@
 #include <math.h>
 #include <string.h>
 
-static const float tolerance = 2.5e-4f;   /* a vertex is on the zero set when |f| / |g| is below so many cells */
+static const float tolerance = 2.5e-4f; /* a vertex is on the zero set when |f| / |g| is below so many cells */
 static const float most_travel = 0.5f;  /* in cells; further, and triangles would fold over */
 static const float stale_travel = 0.1f; /* in cells; a normal is made anew when its vertex has moved further since.
                                            Steps run along the gradient, along which a distance's own does not turn */

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# Checks meshes of captured sequences, encoded anew: see tests/tools/check_surfaces.c.  They are not part of the project:
-# without them the test is skipped (77).
+# Checks meshes of captured sequences, encoded anew: see tests/tools/check_surfaces.c.  The sequences are not part of
+# the project: without them the test is skipped (77).
 # usage: real_surfaces.sh BUILD_FOLDER WORK_FOLDER DATA_FOLDER
 set -euo pipefail
 
