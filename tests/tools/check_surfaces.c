@@ -46,7 +46,7 @@ static nsdf_decoder *open_with(const char *path, uint32_t threads) {
 
 static nsdf_mesh_view extract(nsdf_decoder *decoder, double t, uint32_t resolution, uint32_t dense, nsdf_mesh **mesh) {
     nsdf_mesh_options options;
-    nsdf_mesh_view view;
+    nsdf_mesh_view view = {0};
     nsdf_mesh_options_init(&options);
     options.resolution = resolution;
     options.dense = dense;
