@@ -112,6 +112,11 @@ play_eye play_camera_eye(const play_camera *c, double aspect) {
     return eye;
 }
 
+play_vec3 play_key_light(const play_eye *eye, play_vec3 up) {
+    const play_vec3 front = play_unit(play_cross(eye->right, up));
+    return play_unit(play_add(play_add(play_scale(eye->right, -0.55), play_scale(front, 0.75)), up));
+}
+
 void play_eye_project(const play_eye *eye, const double point[3], double *x, double *y) {
     const play_vec3 p = play_subtract((play_vec3){point[0], point[1], point[2]}, eye->position);
     const double away = -play_dot(p, eye->back);

@@ -55,6 +55,9 @@ void play_camera_zoom(play_camera *camera, double factor);
 
 play_eye play_camera_eye(const play_camera *camera, double aspect);
 
+/* Towards the key light, which stands at the viewer's left, above him and in front: a unit vector. */
+play_vec3 play_key_light(const play_eye *eye, play_vec3 up);
+
 /* Where a point of the world is in a picture: x to the right, y down, both from 0 to 1 within it. */
 void play_eye_project(const play_eye *eye, const double point[3], double *x, double *y);
 

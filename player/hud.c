@@ -70,17 +70,18 @@ static void print_speed(char *text, size_t size, double speed) {
 }
 
 static void draw_state(play_overlay *o, const play_hud *h, float scale) {
-    char text[512], speed[32], rate[32] = "";
+    char text[512], speed[32], rate[32] = "", decoding[32] = "";
     print_speed(speed, sizeof speed, h->speed);
     if (h->shown_rate > 0.0)
         snprintf(rate, sizeof rate, ", %.1f a second", h->shown_rate);
+    if (h->decode_seconds > 0.0)
+        snprintf(decoding, sizeof decoding, ", %.1f ms", 1e3 * h->decode_seconds);
     const double kbits = h->duration > 0.0 ? 8e-3 * (double)h->file_size / h->duration : 0.0;
-    snprintf(
-        text, sizeof text,
-        "%.120s\n%.3f of %.3f s, frame %.2f of %u%s%s\nresolution %u, %u vertices, %.1f ms%s\n%.1f KB, %.1f kbit/s",
-        h->file, h->time, h->duration, h->time * h->frame_rate, (unsigned)h->frame_count - 1,
-        h->playing ? ", speed " : ", paused, speed ", speed, (unsigned)h->resolution, (unsigned)h->vertices,
-        1e3 * h->decode_seconds, rate, 1e-3 * (double)h->file_size, kbits);
+    snprintf(text, sizeof text,
+             "%.120s\n%.3f of %.3f s, frame %.2f of %u%s%s\nresolution %u, %u vertices%s%s\n%.1f KB, %.1f kbit/s",
+             h->file, h->time, h->duration, h->time * h->frame_rate, (unsigned)h->frame_count - 1,
+             h->playing ? ", speed " : ", paused, speed ", speed, (unsigned)h->resolution, (unsigned)h->vertices,
+             decoding, rate, 1e-3 * (double)h->file_size, kbits);
     play_overlay_text(o, 12.0f * scale, 10.0f * scale, scale, ink, text);
 }
 

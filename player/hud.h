@@ -14,7 +14,7 @@ typedef struct play_hud {
     double speed;
     int playing, help;
     uint32_t resolution, vertices;
-    double decode_seconds; /* of the frame */
+    double decode_seconds; /* of the frame; 0 = not known */
     double shown_rate;     /* surfaces a second; 0 = not known */
     uint64_t file_size;    /* bytes */
     const char *message;   /* or NULL */

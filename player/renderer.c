@@ -187,7 +187,7 @@ static play_mat4 light_view(play_vec3 middle, double radius, play_vec3 back, pla
     return play_multiply(&p, &v);
 }
 
-/* The key light stands at the viewer's left, above him; the fill light at his right. */
+/* The fill light stands at the viewer's right. */
 static view make_view(const play_scene *scene, double aspect) {
     view v;
     play_vec3 axes[3];
@@ -195,7 +195,7 @@ static view make_view(const play_scene *scene, double aspect) {
     v.up = axes[1];
     v.eye = play_camera_eye(&scene->camera, aspect);
     const play_vec3 side = v.eye.right, front = play_unit(play_cross(side, v.up));
-    v.key = play_unit(play_add(play_add(play_scale(side, -0.55), play_scale(front, 0.75)), play_scale(v.up, 1.0)));
+    v.key = play_key_light(&v.eye, v.up);
     v.fill = play_unit(play_add(play_add(play_scale(side, 0.9), play_scale(front, 0.6)), play_scale(v.up, 0.15)));
     const play_vec3 low = {scene->box.low[0], scene->box.low[1], scene->box.low[2]};
     const play_vec3 high = {scene->box.high[0], scene->box.high[1], scene->box.high[2]};
@@ -204,7 +204,7 @@ static view make_view(const play_scene *scene, double aspect) {
     const double drop = fabs(play_dot(half, v.up));
     v.ground = play_subtract(middle, play_scale(v.up, 1.002 * drop));
     v.light_of_world = light_view(middle, v.radius, v.key, v.up);
-    const play_mat4 from_below = play_view(v.ground, axes[0], play_scale(axes[2], -1.0), play_scale(v.up, -1.0));
+    const play_mat4 from_below = play_view(v.ground, axes[0], axes[2], play_scale(v.up, -1.0));
     const play_mat4 flat = play_orthographic(v.radius, v.radius, 0.0, 2.0 * v.radius);
     v.below_of_world = play_multiply(&flat, &from_below);
     const double reach = GROUND_REACH * v.radius;
@@ -243,10 +243,13 @@ static void set_shadow(const play_renderer *r, program_use p, const view *v, dou
 
 /* ---- Passes ---------------------------------------------------------------------------------------------- */
 
+/* Nothing is seen of the inside of a surface: half of its triangles need no pixels. */
 static void draw_mesh(const play_renderer *r, const gpu_mesh *m) {
     r->gl.BindVertexArray(m->array);
+    r->gl.Enable(GL_CULL_FACE);
     if (m->index_count > 0)
         r->gl.DrawElements(GL_TRIANGLES, m->index_count, GL_UNSIGNED_INT, NULL);
+    r->gl.Disable(GL_CULL_FACE);
 }
 
 static void draw_depth(const play_renderer *r, const play_depth_map *map, const play_mat4 *clip) {

@@ -11,14 +11,16 @@ const char play_depth_vertex[] = VERSION "layout(location = 0) in vec3 position;
 const char play_depth_fragment[] = VERSION "void main() {}\n";
 
 /* How much of the key light reaches a point, from a grid of nine depths, each of which hardware compares with its four
- * nearest (percentage closer filtering, Reeves et al. 1987). */
+ * nearest (percentage closer filtering, Reeves et al. 1987).  The map ends behind the box, the ground does not: all of
+ * it that is farther from the light lies behind everything. */
 #define SHADOW                                                                                                         \
     "uniform sampler2DShadow shadow;\n"                                                                                \
     "uniform mat4 light_of_world;\n"                                                                                   \
     "uniform float shadow_softness;\n"                                                                                 \
     "float lit(vec3 point, float bias) {\n"                                                                            \
     "    vec3 p = (light_of_world * vec4(point, 1.0)).xyz * 0.5 + 0.5;\n"                                              \
-    "    if (any(lessThan(p, vec3(0.0))) || any(greaterThan(p, vec3(1.0)))) return 1.0;\n"                             \
+    "    if (any(lessThan(p.xy, vec2(0.0))) || any(greaterThan(p.xy, vec2(1.0)))) return 1.0;\n"                       \
+    "    p.z = min(p.z, 1.0);\n"                                                                                       \
     "    float sum = 0.0;\n"                                                                                           \
     "    for (int i = -1; i <= 1; i++)\n"                                                                              \
     "        for (int j = -1; j <= 1; j++)\n"                                                                          \
@@ -89,7 +91,7 @@ const char play_ground_map_fragment[] =
                    "void main() {\n"
                    "    vec3 point = corner + at.x * along + at.y * across;\n"
                    "    float shade = 0.34 * (1.0 - lit(point, 0.001));\n"
-                   "    float near = 0.5 * contact(0.5 + (vec2(at.x, 1.0 - at.y) - 0.5) * reach_below);\n"
+                   "    float near = 0.5 * contact(0.5 + (at - 0.5) * reach_below);\n"
                    "    dark = vec4(1.0 - (1.0 - shade) * (1.0 - near));\n"
                    "}\n";
 

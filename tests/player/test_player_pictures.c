@@ -52,8 +52,23 @@ static void fill_triangle(unsigned char *mask, const double p[3][2]) {
         }
 }
 
-/* The mesh of a time, projected by the player's own camera. */
-static void project(double seconds, const play_options *options, unsigned char *mask) {
+/* Where a point of the world is in the picture, or where its shadow on the ground is. */
+static void place(const play_scene *scene, const float *v, int shadow, double at[2]) {
+    const play_eye eye = play_camera_eye(&scene->camera, (double)WIDTH / HEIGHT);
+    play_vec3 axes[3], p = {(double)v[0], (double)v[1], (double)v[2]};
+    if (shadow) { /* y is up */
+        play_up_axes(scene->camera.up, axes);
+        const play_vec3 key = play_key_light(&eye, axes[1]);
+        p = play_subtract(p, play_scale(key, (p.y - scene->box.low[1]) / key.y));
+    }
+    const double point[3] = {p.x, p.y, p.z};
+    play_eye_project(&eye, point, &at[0], &at[1]);
+    at[0] *= WIDTH;
+    at[1] *= HEIGHT;
+}
+
+/* The mesh of a time, or its shadow, projected by the player's own camera. */
+static void project(double seconds, const play_options *options, int shadow, unsigned char *mask) {
     nsdf_decoder *decoder = NULL;
     nsdf_mesh *mesh = NULL;
     nsdf_mesh_view view;
@@ -64,16 +79,10 @@ static void project(double seconds, const play_options *options, unsigned char *
     assert_int_equal(nsdf_extract_mesh(decoder, seconds, NULL, &mesh), NSDF_OK);
     assert_int_equal(nsdf_mesh_get_view(mesh, &view), NSDF_OK);
     const play_scene scene = play_scene_make(options, &info);
-    const play_eye eye = play_camera_eye(&scene.camera, (double)WIDTH / HEIGHT);
     for (uint32_t t = 0; t < view.triangle_count; t++) {
         double p[3][2];
-        for (int i = 0; i < 3; i++) {
-            const float *v = view.positions + 3 * (size_t)view.indices[3 * t + (uint32_t)i];
-            const double point[3] = {(double)v[0], (double)v[1], (double)v[2]};
-            play_eye_project(&eye, point, &p[i][0], &p[i][1]);
-            p[i][0] *= WIDTH;
-            p[i][1] *= HEIGHT;
-        }
+        for (uint32_t i = 0; i < 3; i++)
+            place(&scene, view.positions + 3 * (size_t)view.indices[3 * t + i], shadow, p[i]);
         fill_triangle(mask, (const double(*)[2])p);
     }
     nsdf_mesh_free(&mesh);
@@ -132,13 +141,36 @@ static void test_silhouettes_are_those_of_the_mesh(void **state) {
         draw(options, &p);
         for (int k = 0; k < WIDTH * HEIGHT; k++)
             drawn[k] = p.rgba[4 * k + 3] > 127;
-        project(views[i].seconds, &o, expected);
+        project(views[i].seconds, &o, 0, expected);
         assert_true(agree(drawn, expected));
         if (i == 0)
             memcpy(first, expected, sizeof first);
         else
             assert_false(agree(drawn, first)); /* another time or view does not pass */
     }
+}
+
+/* What the ground makes darker by more than contact does, beside the surface itself, is the whole of its shadow. */
+static void test_the_whole_surface_throws_its_shadow(void **state) {
+    static picture with, without;
+    static unsigned char body[WIDTH * HEIGHT], shadow[WIDTH * HEIGHT];
+    const play_options o = {
+        .width = WIDTH, .height = HEIGHT, .up = PLAY_UP_Y, .azimuth = 25, .elevation = 30, .zoom = 0.6};
+    int expected = 0, found = 0, stray = 0;
+    (void)state;
+    draw("--times 0.7 --camera 25,30,0.6", &with);
+    draw("--times 0.7 --camera 25,30,0.6 --no-ground", &without);
+    project(0.7, &o, 0, body);
+    project(0.7, &o, 1, shadow);
+    for (int i = 0; i < WIDTH * HEIGHT; i++) {
+        const int darker = without.rgba[4 * i + 1] - with.rgba[4 * i + 1] > 35;
+        expected += shadow[i] && !body[i];
+        found += shadow[i] && !body[i] && darker;
+        stray += !shadow[i] && !body[i] && darker;
+    }
+    assert_true(expected > 200);
+    assert_true(found > 0.9 * expected);
+    assert_true(stray < 0.15 * expected);
 }
 
 /* ---- Stored pictures ------------------------------------------------------------------------------------- */
@@ -201,6 +233,7 @@ static void test_a_turn_ends_where_it_began(void **state) {
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_silhouettes_are_those_of_the_mesh),
+        cmocka_unit_test(test_the_whole_surface_throws_its_shadow),
         cmocka_unit_test(test_pictures_look_as_they_did),
         cmocka_unit_test(test_a_turn_ends_where_it_began),
     };
