@@ -65,6 +65,7 @@
     X(UNIFORM1I, Uniform1i)                                                                                            \
     X(UNIFORM2F, Uniform2f)                                                                                            \
     X(UNIFORM3F, Uniform3f)                                                                                            \
+    X(UNIFORM3FV, Uniform3fv)                                                                                          \
     X(UNIFORM4F, Uniform4f)                                                                                            \
     X(UNIFORMMATRIX4FV, UniformMatrix4fv)                                                                              \
     X(USEPROGRAM, UseProgram)                                                                                          \

@@ -69,7 +69,7 @@ static void print_speed(char *text, size_t size, double speed) {
         snprintf(text, size, "%s%.3g", sign, magnitude);
 }
 
-static void draw_state(play_overlay *o, const play_hud *h, float scale) {
+static void draw_state(play_overlay *o, const play_hud *h, int height) {
     char text[512], speed[32], rate[32] = "", decoding[32] = "";
     print_speed(speed, sizeof speed, h->speed);
     if (h->shown_rate > 0.0)
@@ -82,7 +82,7 @@ static void draw_state(play_overlay *o, const play_hud *h, float scale) {
              h->file, h->time, h->duration, h->time * h->frame_rate, (unsigned)h->frame_count - 1,
              h->playing ? ", speed " : ", paused, speed ", speed, (unsigned)h->resolution, (unsigned)h->vertices,
              decoding, rate, 1e-3 * (double)h->file_size, kbits);
-    play_overlay_text(o, 12.0f * scale, 10.0f * scale, scale, ink, text);
+    play_hud_caption(o, text, height);
 }
 
 static void draw_panel(play_overlay *o, const char *text, float scale, play_colour colour, int width, int height) {
@@ -92,10 +92,15 @@ static void draw_panel(play_overlay *o, const char *text, float scale, play_colo
     play_overlay_text(o, x, y, scale, colour, text);
 }
 
+void play_hud_caption(play_overlay *o, const char *text, int height) {
+    const float scale = scale_for(height);
+    play_overlay_text(o, 12.0f * scale, 10.0f * scale, scale, ink, text);
+}
+
 void play_hud_draw(play_overlay *o, const play_hud *h, int width, int height) {
     const float scale = scale_for(height);
     if (h->file)
-        draw_state(o, h, scale);
+        draw_state(o, h, height);
     if (h->file && h->frame_count > 1)
         draw_bar(o, h, width, height);
     if (h->message)

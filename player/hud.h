@@ -22,6 +22,9 @@ typedef struct play_hud {
 
 void play_hud_draw(play_overlay *overlay, const play_hud *hud, int width, int height);
 
+/* A line of text in the upper left corner. */
+void play_hud_caption(play_overlay *overlay, const char *text, int height);
+
 /* The part of the time, 0 to 1, that a place in the picture stands for, or -1 outside of the time bar. */
 double play_hud_time_at(int width, int height, double x, double y);
 

@@ -5,6 +5,7 @@
 
 #include "cli_pattern.h"
 #include "cli_util.h"
+#include "compare_view.h"
 #include "frame_queue.h"
 #include "hud.h"
 #include "offscreen_context.h"
@@ -21,6 +22,7 @@ typedef struct job {
     nsdf_cli_pattern pattern;
     play_renderer *renderer;
     play_scene scene;
+    play_compare_view *compare; /* NULL = no comparison */
     nsdf_mesh *mesh, *ghost;
     unsigned char *rgba;
     nsdf_cli_file film; /* of raw frames */
@@ -74,6 +76,10 @@ static nsdf_status set_meshes(job *j, double seconds, nsdf_mesh_view *view) {
     return status;
 }
 
+static uint32_t resolution(const job *j) {
+    return j->options->resolution ? j->options->resolution : j->info.default_resolution;
+}
+
 static play_hud describe(const job *j, double seconds, const nsdf_mesh_view *view) {
     return (play_hud){.file = play_file_name(j->options->input),
                       .time = seconds,
@@ -82,7 +88,7 @@ static play_hud describe(const job *j, double seconds, const nsdf_mesh_view *vie
                       .frame_rate = (double)j->info.rate_num / j->info.rate_den,
                       .speed = 1.0,
                       .playing = 1,
-                      .resolution = j->options->resolution ? j->options->resolution : j->info.default_resolution,
+                      .resolution = resolution(j),
                       .vertices = view->vertex_count,
                       .file_size = j->info.file_size};
 }
@@ -117,29 +123,43 @@ static int write_picture(job *j, uint32_t index) {
     return failed ? NSDF_CLI_FAILURE : NSDF_CLI_SUCCESS; /* closing says why */
 }
 
-static int draw_frame(job *j, uint32_t index) {
+/* The decoded surface, from column `left` of the picture on. */
+static int draw_surface(job *j, double seconds, int left) {
     const play_options *o = j->options;
-    const double seconds = j->times.seconds[index];
     nsdf_mesh_view view;
     play_overlay overlay = {NULL, 0, 0};
     const nsdf_status status = set_meshes(j, seconds, &view);
     if (status != NSDF_OK)
         return report(j, status);
-    if (o->turntable > 0.0)
-        j->scene.camera.azimuth =
-            o->azimuth + 360.0 * play_film_time(&j->info, &o->choice, &j->times, index) / o->turntable;
-    if (o->overlay) {
+    if (o->overlay && j->compare) {
+        play_compare_label(&overlay, o, seconds, resolution(j));
+    } else if (o->overlay) {
         const play_hud hud = describe(j, seconds, &view);
         play_hud_draw(&overlay, &hud, o->width, o->height);
     }
-    const int failed = play_renderer_draw(j->renderer, &j->scene, &overlay, o->width, o->height);
+    const int failed = play_renderer_draw(j->renderer, &j->scene, &overlay, o->width - left, o->height);
     play_overlay_free(&overlay);
     if (failed) {
         nsdf_cli_error("no memory for a picture of %d x %d pixels", o->width, o->height);
         return NSDF_CLI_FAILURE;
     }
-    play_renderer_read(j->renderer, o->width, o->height, j->rgba);
-    return write_picture(j, index);
+    play_renderer_read(j->renderer, o->width - left, o->height, j->rgba + 4 * (size_t)left, o->width);
+    return NSDF_CLI_SUCCESS;
+}
+
+static int draw_frame(job *j, uint32_t index) {
+    const play_options *o = j->options;
+    const double seconds = j->times.seconds[index];
+    const int left = j->compare ? play_compare_width(o) : 0;
+    int result = NSDF_CLI_SUCCESS;
+    if (o->turntable > 0.0)
+        j->scene.camera.azimuth =
+            o->azimuth + 360.0 * play_film_time(&j->info, &o->choice, &j->times, index) / o->turntable;
+    if (j->compare)
+        result = play_compare_draw(j->compare, j->renderer, &j->scene, seconds, j->rgba);
+    if (result == NSDF_CLI_SUCCESS && left < o->width)
+        result = draw_surface(j, seconds, left);
+    return result == NSDF_CLI_SUCCESS ? write_picture(j, index) : result;
 }
 
 /* ---- All of them ----------------------------------------------------------------------------------------- */
@@ -204,7 +224,10 @@ static int draw(job *j, play_offscreen_context **context) {
         nsdf_cli_error("out of memory");
         return NSDF_CLI_FAILURE;
     }
-    j->scene = play_scene_make(o, &j->info);
+    play_options panel = *o;
+    if (j->compare)
+        panel.width = play_compare_width(o);
+    j->scene = play_scene_make(&panel, &j->info);
     return draw_film(j);
 }
 
@@ -218,11 +241,14 @@ int play_offscreen_run(const play_options *options, nsdf_decoder *decoder) {
         result = nsdf_cli_times_choose(&options->choice, decoder, &j.times);
     if (result == NSDF_CLI_SUCCESS)
         result = check_names(&j);
+    if (result == NSDF_CLI_SUCCESS && options->compare)
+        result = play_compare_open(&j.compare, options, decoder);
     nsdf_cli_catch_signals();
     if (result == NSDF_CLI_SUCCESS)
         result = draw(&j, &context);
     play_renderer_free(j.renderer);
     play_offscreen_context_free(context);
+    play_compare_close(j.compare);
     nsdf_mesh_free(&j.mesh);
     nsdf_mesh_free(&j.ghost);
     nsdf_cli_times_free(&j.times);

@@ -36,6 +36,9 @@ static const char help[] =
     "      --times LIST      times in seconds: 0.5 or 0,0.25,1.75\n"
     "      --turntable S     turns the camera once round in S seconds of the film\n"
     "      --transparent     no background: PNG and rgba have alpha\n"
+    "      --compare FOLDER  the OBJ meshes that were encoded, one for each frame, on the left of the decoded ones\n"
+    "      --heatmap         with --compare: those meshes only, coloured by their distance to the decoded surface\n"
+    "      --heatmap-max E   distance at the top of the colours, as a fraction of the diagonal (default 5e-3)\n"
     "\n"
     "View\n"
     "      --size WxH        pixels (default 1280x720)\n"
@@ -61,6 +64,7 @@ static const char help[] =
     "  nsdf-play samba.nsdf --speed 1/8\n"
     "  nsdf-play samba.nsdf --offscreen f_%03d.png --fps 50 --size 640x360\n"
     "  nsdf-play samba.nsdf --offscreen - --turntable 7 | ffmpeg -i - samba.mp4\n"
+    "  nsdf-play samba.nsdf --offscreen error_%03d.png --compare samba/ --heatmap\n"
     "\n"
     "Exit code: 0 success, 1 failure, 2 wrong usage.\n";
 
@@ -79,6 +83,9 @@ enum {
     OPTION_TIMES,
     OPTION_TURNTABLE,
     OPTION_TRANSPARENT,
+    OPTION_COMPARE,
+    OPTION_HEATMAP,
+    OPTION_HEATMAP_MAX,
     OPTION_SIZE,
     OPTION_CAMERA,
     OPTION_UP,
@@ -108,6 +115,9 @@ static const struct option long_options[] = {
     {"times", required_argument, NULL, OPTION_TIMES},
     {"turntable", required_argument, NULL, OPTION_TURNTABLE},
     {"transparent", no_argument, NULL, OPTION_TRANSPARENT},
+    {"compare", required_argument, NULL, OPTION_COMPARE},
+    {"heatmap", no_argument, NULL, OPTION_HEATMAP},
+    {"heatmap-max", required_argument, NULL, OPTION_HEATMAP_MAX},
     {"size", required_argument, NULL, OPTION_SIZE},
     {"camera", required_argument, NULL, OPTION_CAMERA},
     {"up", required_argument, NULL, OPTION_UP},
@@ -279,6 +289,14 @@ static int set_value(int option, const char *text, play_options *o) {
         return NSDF_CLI_SUCCESS;
     case OPTION_TURNTABLE:
         return parse_seconds("--turntable", text, 1e-3, &o->turntable);
+    case OPTION_COMPARE:
+        o->compare = text;
+        return NSDF_CLI_SUCCESS;
+    case OPTION_HEATMAP_MAX:
+        o->heatmap = 1;
+        if (nsdf_cli_parse_double(text, &o->heatmap_max) == 0 && o->heatmap_max > 0.0)
+            return NSDF_CLI_SUCCESS;
+        return bad_value("--heatmap-max", text, "a fraction of the diagonal above 0");
     case OPTION_SIZE:
         return parse_size(text, o);
     case OPTION_CAMERA:
@@ -312,6 +330,9 @@ static void set_flag(int option, play_options *o) {
         break;
     case OPTION_TRANSPARENT:
         o->transparent = 1;
+        break;
+    case OPTION_HEATMAP:
+        o->heatmap = 1;
         break;
     case OPTION_GHOST:
         o->ghost = 1;
@@ -355,16 +376,20 @@ static int check_pictures(play_options *o) {
         return nsdf_cli_usage_error("--times does not go with --fps or --frames");
     if (o->transparent && o->picture == PLAY_Y4M)
         return nsdf_cli_usage_error("--transparent goes with PNG and rgba only");
+    if (o->heatmap && !o->compare)
+        return nsdf_cli_usage_error("--heatmap goes with --compare");
     return NSDF_CLI_SUCCESS;
 }
 
 static int check(play_options *o) {
     if (o->overlay < 0)
-        o->overlay = o->action == PLAY_WINDOW;
+        o->overlay = o->action == PLAY_WINDOW || o->compare;
     if (o->action == PLAY_OFFSCREEN)
         return check_pictures(o);
     if (o->choice.times || o->choice.frames || o->choice.rate_num || o->has_picture || o->transparent)
         return nsdf_cli_usage_error("--times, --fps, --frames, --format and --transparent go with --offscreen");
+    if (o->compare || o->heatmap)
+        return nsdf_cli_usage_error("--compare and --heatmap go with --offscreen");
     return NSDF_CLI_SUCCESS;
 }
 
@@ -378,7 +403,8 @@ int play_options_parse(int argc, char **argv, play_options *options) {
                               .zoom = 1.0,
                               .ground = 1,
                               .overlay = -1,
-                              .speed = 1.0};
+                              .speed = 1.0,
+                              .heatmap_max = 5e-3};
     opterr = 0;
     for (int option; (option = getopt_long(argc, argv, ":qvh", long_options, NULL)) != -1;) {
         int result = NSDF_CLI_SUCCESS;

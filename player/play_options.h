@@ -25,6 +25,9 @@ typedef struct play_options {
     double speed, rate;                               /* rate of the window's frames; 0 = the file's */
     double at;                                        /* seconds at which a window begins */
     uint32_t resolution, threads;
+    const char *compare; /* folder, or NULL */
+    int heatmap;
+    double heatmap_max; /* as a fraction of the diagonal */
     int paused, once;
     double exit_after; /* seconds; 0 = never */
     int statistics;

@@ -1,5 +1,6 @@
 #include "renderer.h"
 
+#include "heat.h"
 #include "render_targets.h"
 #include "shaders.h"
 
@@ -18,9 +19,9 @@ enum {
 typedef enum program_use { DEPTH, SURFACE, GROUND_MAP, GROUND, BACKGROUND, OVERLAY, PROGRAMS } program_use;
 
 typedef struct gpu_mesh {
-    GLuint array, positions, normals, indices;
+    GLuint array, positions, normals, heat, indices;
     GLsizei index_count;
-    int has_normals;
+    int has_normals, has_heat, is_open;
 } gpu_mesh;
 
 struct play_renderer {
@@ -63,12 +64,15 @@ static void create_mesh(const play_gl *gl, gpu_mesh *m) {
     gl->BindVertexArray(m->array);
     gl->GenBuffers(1, &m->positions);
     gl->GenBuffers(1, &m->normals);
+    gl->GenBuffers(1, &m->heat);
     gl->GenBuffers(1, &m->indices);
     gl->BindBuffer(GL_ARRAY_BUFFER, m->positions);
     gl->VertexAttribPointer(0, 3, GL_FLOAT, GL_FALSE, 0, NULL);
     gl->EnableVertexAttribArray(0);
     gl->BindBuffer(GL_ARRAY_BUFFER, m->normals);
     gl->VertexAttribPointer(1, 3, GL_FLOAT, GL_FALSE, 0, NULL);
+    gl->BindBuffer(GL_ARRAY_BUFFER, m->heat);
+    gl->VertexAttribPointer(2, 1, GL_FLOAT, GL_FALSE, 0, NULL);
     gl->BindBuffer(GL_ELEMENT_ARRAY_BUFFER, m->indices);
 }
 
@@ -139,8 +143,9 @@ void play_renderer_free(play_renderer *r) {
             gl->DeleteProgram(r->programs[i]);
     for (int i = 0; i < PLAY_MESHES; i++) {
         gl->DeleteVertexArrays(1, &r->meshes[i].array);
-        const GLuint buffers[3] = {r->meshes[i].positions, r->meshes[i].normals, r->meshes[i].indices};
-        gl->DeleteBuffers(3, buffers);
+        const GLuint buffers[4] = {r->meshes[i].positions, r->meshes[i].normals, r->meshes[i].heat,
+                                   r->meshes[i].indices};
+        gl->DeleteBuffers(4, buffers);
     }
     const GLuint arrays[3] = {r->ground_array, r->empty_array, r->overlay_array};
     const GLuint buffers[2] = {r->ground_buffer, r->overlay_buffer};
@@ -159,6 +164,7 @@ void play_renderer_set_mesh(play_renderer *r, int which, const nsdf_mesh_view *v
     const GLsizeiptr points = (GLsizeiptr)(3 * sizeof(float) * (size_t)v->vertex_count);
     m->index_count = (GLsizei)(3 * v->triangle_count);
     m->has_normals = v->normals != NULL;
+    m->is_open = m->has_heat = 0;
     gl->BindVertexArray(m->array);
     gl->BindBuffer(GL_ARRAY_BUFFER, m->positions);
     gl->BufferData(GL_ARRAY_BUFFER, points, v->positions, GL_STREAM_DRAW);
@@ -169,8 +175,22 @@ void play_renderer_set_mesh(play_renderer *r, int which, const nsdf_mesh_view *v
     } else {
         gl->DisableVertexAttribArray(1);
     }
+    gl->DisableVertexAttribArray(2);
     gl->BufferData(GL_ELEMENT_ARRAY_BUFFER, (GLsizeiptr)(3 * sizeof(uint32_t) * (size_t)v->triangle_count), v->indices,
                    GL_STREAM_DRAW);
+}
+
+void play_renderer_set_open_mesh(play_renderer *r, const nsdf_mesh_view *v, const float *heat) {
+    const play_gl *gl = &r->gl;
+    gpu_mesh *m = &r->meshes[PLAY_MESH_MAIN];
+    play_renderer_set_mesh(r, PLAY_MESH_MAIN, v);
+    m->is_open = 1;
+    m->has_heat = heat != NULL;
+    if (!heat)
+        return;
+    gl->BindBuffer(GL_ARRAY_BUFFER, m->heat);
+    gl->BufferData(GL_ARRAY_BUFFER, (GLsizeiptr)(sizeof *heat * (size_t)v->vertex_count), heat, GL_STREAM_DRAW);
+    gl->EnableVertexAttribArray(2);
 }
 
 const char *play_renderer_name(const play_renderer *r) {
@@ -243,10 +263,11 @@ static void set_shadow(const play_renderer *r, program_use p, const view *v, dou
 
 /* ---- Passes ---------------------------------------------------------------------------------------------- */
 
-/* Nothing is seen of the inside of a surface: half of its triangles need no pixels. */
+/* Nothing is seen of the inside of a closed surface: half of its triangles need no pixels. */
 static void draw_mesh(const play_renderer *r, const gpu_mesh *m) {
     r->gl.BindVertexArray(m->array);
-    r->gl.Enable(GL_CULL_FACE);
+    if (!m->is_open)
+        r->gl.Enable(GL_CULL_FACE);
     if (m->index_count > 0)
         r->gl.DrawElements(GL_TRIANGLES, m->index_count, GL_UNSIGNED_INT, NULL);
     r->gl.Disable(GL_CULL_FACE);
@@ -342,6 +363,8 @@ static void draw_surface(const play_renderer *r, const play_scene *scene, const 
     set_vector(r, SURFACE, "key", v->key);
     set_vector(r, SURFACE, "fill", v->fill);
     set_vector(r, SURFACE, "up", v->up);
+    gl->Uniform1i(uniform(r, SURFACE, "heated"), m->has_heat);
+    gl->Uniform3fv(uniform(r, SURFACE, "ramp"), PLAY_HEAT_COLOURS, play_heat_ramp[0]);
     gl->Enable(GL_DEPTH_TEST);
     gl->Enable(GL_POLYGON_OFFSET_FILL);
     gl->PolygonOffset(1.0f, 1.0f);
@@ -416,29 +439,30 @@ int play_renderer_draw(play_renderer *r, const play_scene *scene, const play_ove
     return 0;
 }
 
-static void flip_and_divide(unsigned char *rgba, int width, int height, unsigned char *row) {
-    const size_t bytes = 4 * (size_t)width;
-    for (int y = 0; y < height / 2; y++) {
-        unsigned char *a = rgba + bytes * (size_t)y, *b = rgba + bytes * (size_t)(height - 1 - y);
-        memcpy(row, a, bytes);
-        memcpy(a, b, bytes);
-        memcpy(b, row, bytes);
-    }
-    for (size_t i = 0; i < (size_t)width * (size_t)height; i++) {
-        unsigned char *p = rgba + 4 * i;
+static void divide(unsigned char *rgba, int count) {
+    for (unsigned char *p = rgba; p < rgba + 4 * (size_t)count; p += 4)
         for (int k = 0; k < 3 && p[3] > 0 && p[3] < 255; k++) {
             const int c = (p[k] * 255 + p[3] / 2) / p[3];
             p[k] = (unsigned char)(c < 255 ? c : 255);
         }
+}
+
+static void swap_rows(unsigned char *a, unsigned char *b, size_t bytes) {
+    for (size_t i = 0; i < bytes; i++) {
+        const unsigned char kept = a[i];
+        a[i] = b[i];
+        b[i] = kept;
     }
 }
 
-void play_renderer_read(play_renderer *r, int width, int height, unsigned char *rgba) {
-    unsigned char *row = malloc(4 * (size_t)width);
+void play_renderer_read(play_renderer *r, int width, int height, unsigned char *rgba, int row_pixels) {
+    const size_t row = 4 * (size_t)row_pixels;
     r->gl.PixelStorei(GL_PACK_ALIGNMENT, 1);
+    r->gl.PixelStorei(GL_PACK_ROW_LENGTH, row_pixels);
     r->gl.BindFramebuffer(GL_FRAMEBUFFER, 0);
     r->gl.ReadPixels(0, 0, width, height, GL_RGBA, GL_UNSIGNED_BYTE, rgba);
-    if (row)
-        flip_and_divide(rgba, width, height, row);
-    free(row);
+    for (int y = 0; y < height / 2; y++)
+        swap_rows(rgba + row * (size_t)y, rgba + row * (size_t)(height - 1 - y), 4 * (size_t)width);
+    for (int y = 0; y < height; y++)
+        divide(rgba + row * (size_t)y, width);
 }

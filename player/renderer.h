@@ -32,16 +32,22 @@ void play_renderer_free(play_renderer *renderer);
  * the driver refuses. */
 int play_renderer_set_samples(play_renderer *renderer, int samples);
 
-/* Copies the arrays; a view without vertices empties the mesh.  Meshes without normals are drawn flat. */
+/* Copies the arrays of a closed surface, of which the inside is not drawn; a view without vertices empties the mesh.
+ * Meshes without normals are drawn flat. */
 void play_renderer_set_mesh(play_renderer *renderer, int which, const nsdf_mesh_view *view);
+
+/* The same for the surface, if it need not be closed: both its sides are drawn.  heat: NULL, or what each vertex shows
+ * instead of the surface's colour, from 0 to 1, see heat.h. */
+void play_renderer_set_open_mesh(play_renderer *renderer, const nsdf_mesh_view *view, const float *heat);
 
 /* Draws to the context's own framebuffer of this size in pixels, and the overlay over it, which may be NULL.  Returns
  * 0, or -1 when there is no memory for a picture of that size. */
 int play_renderer_draw(play_renderer *renderer, const play_scene *scene, const play_overlay *overlay, int width,
                        int height);
 
-/* rgba[4 * width * height], rows from the top, alpha not multiplied into the colours. */
-void play_renderer_read(play_renderer *renderer, int width, int height, unsigned char *rgba);
+/* What was drawn: height rows from the top of 4 * width bytes, 4 * row_pixels bytes apart; alpha is not multiplied into
+ * the colours. */
+void play_renderer_read(play_renderer *renderer, int width, int height, unsigned char *rgba, int row_pixels);
 
 /* "llvmpipe (LLVM 15.0.6, 256 bits)"; valid while the context is. */
 const char *play_renderer_name(const play_renderer *renderer);

@@ -32,28 +32,35 @@ const char play_depth_fragment[] = VERSION "void main() {}\n";
 
 const char play_surface_vertex[] = VERSION "layout(location = 0) in vec3 position;\n"
                                            "layout(location = 1) in vec3 normal;\n"
+                                           "layout(location = 2) in float warmth;\n"
                                            "uniform mat4 clip_of_world;\n"
                                            "out vec3 at;\n"
                                            "out vec3 direction;\n"
+                                           "out float heat;\n"
                                            "void main() {\n"
                                            "    at = position;\n"
                                            "    direction = normal;\n"
+                                           "    heat = warmth;\n"
                                            "    gl_Position = clip_of_world * vec4(position, 1.0);\n"
                                            "}\n";
 
 /* Key light with shadow, fill light from the other side, light from the sky and off the ground, a soft highlight and a
- * rim; in linear colours.  mode: 0 smooth, 1 flat, 2 normals as colours, 3 one colour (lines, ghosts). */
+ * rim; in linear colours.  mode: 0 smooth, 1 flat, 2 normals as colours, 3 one colour (lines, ghosts).  Heat is lit
+ * less, so that its colours can be read. */
 const char play_surface_fragment[] =
     VERSION SHADOW "in vec3 at;\n"
                    "in vec3 direction;\n"
-                   "uniform int mode;\n"
+                   "in float heat;\n"
+                   "uniform int mode, heated;\n"
                    "uniform vec4 colour;\n"
+                   "uniform vec3 ramp[9];\n"
                    "uniform vec3 eye, key, fill, up;\n"
                    "out vec4 pixel;\n"
                    "void main() {\n"
                    "    if (mode == 3) { pixel = vec4(pow(colour.rgb, vec3(1.0 / 2.2)), colour.a); return; }\n"
                    "    vec3 v = normalize(eye - at);\n"
-                   "    vec3 n = mode == 1 ? normalize(cross(dFdx(at), dFdy(at))) : normalize(direction);\n"
+                   "    vec3 n = mode == 1 ? normalize(cross(dFdx(at), dFdy(at))) : normalize(direction) * "
+                   "(gl_FrontFacing ? 1.0 : -1.0);\n"
                    "    if (mode == 2) { pixel = vec4(n * 0.5 + 0.5, 1.0); return; }\n"
                    "    float towards = dot(n, key);\n"
                    "    float shine = towards > 0.0 ? towards * lit(at, 0.0015 + 0.004 * (1.0 - towards)) : 0.0;\n"
@@ -64,6 +71,12 @@ const char play_surface_fragment[] =
                    "    float gloss = 0.10 * pow(max(dot(n, h), 0.0), 40.0) * step(0.0001, shine);\n"
                    "    float rim = 0.10 * pow(1.0 - max(dot(n, v), 0.0), 4.0) * sky;\n"
                    "    vec3 c = colour.rgb * light + gloss + rim;\n"
+                   "    if (heated != 0) {\n"
+                   "        float step = clamp(heat, 0.0, 1.0) * 8.0;\n"
+                   "        int low = min(int(step), 7);\n"
+                   "        vec3 hue = pow(mix(ramp[low], ramp[low + 1], step - float(low)), vec3(2.2));\n"
+                   "        c = hue * mix(light, vec3(1.0), 0.5);\n"
+                   "    }\n"
                    "    pixel = vec4(pow(min(c, vec3(1.0)), vec3(1.0 / 2.2)), colour.a);\n"
                    "}\n";
 

@@ -23,6 +23,12 @@ uint32_t play_frame_before(const nsdf_info *info, double seconds) {
     return at <= 0.0 ? 0 : (uint32_t)(at < last ? at : last);
 }
 
+uint32_t play_frame_at(const nsdf_info *info, double seconds) {
+    const double at = seconds * info->rate_num / info->rate_den + 1e-6;
+    const double last = (double)info->frame_count - 1.0;
+    return (uint32_t)(at < last ? at : last);
+}
+
 void play_film_rate(const nsdf_info *info, const nsdf_cli_choice *choice, unsigned *num, unsigned *den) {
     *num = choice->rate_num ? choice->rate_num : info->rate_num;
     *den = choice->rate_num ? choice->rate_den : info->rate_den;

@@ -9,6 +9,9 @@ play_scene play_scene_make(const play_options *options, const nsdf_info *info);
 /* The last encoded frame that is earlier than a time, or frame 0. */
 uint32_t play_frame_before(const nsdf_info *info, double seconds);
 
+/* The encoded frame that is shown at a time when there are no others: the last that is not later. */
+uint32_t play_frame_at(const nsdf_info *info, double seconds);
+
 /* Frames a second of a film of the chosen times: that of --fps, or the file's. */
 void play_film_rate(const nsdf_info *info, const nsdf_cli_choice *choice, unsigned *num, unsigned *den);
 /* Seconds from the film's beginning at which picture `index` is shown. */

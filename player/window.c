@@ -146,7 +146,7 @@ static void save_picture(app *a) {
     int failed = !rgba || nsdf_cli_file_open(&file, name) != 0;
     if (!failed) {
         play_renderer_draw(a->renderer, &a->scene, NULL, a->width, a->height);
-        play_renderer_read(a->renderer, a->width, a->height, rgba);
+        play_renderer_read(a->renderer, a->width, a->height, rgba, a->width);
         failed = play_write_png(rgba, a->width, a->height, 0, nsdf_cli_file_write, &file) != 0;
         failed |= nsdf_cli_file_publish(&file) != 0;
     }

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Draws docs/figures/walker.png: a frame of the input, the same frame decoded, and a moment between two frames; and
-# docs/figures/player.png, what nsdf-play shows.
+# docs/figures/player.png and heatmap.png, what nsdf-play shows.
 # usage: make-figures.sh [BIN_FOLDER]        default: build/bin; takes about two minutes
 set -euo pipefail
 
@@ -27,3 +27,5 @@ mkdir -p "$root/docs/figures"
     "$input_frame" "$work"/decoded_*.obj
 "$bin/nsdf-play" -q --size 960x400 --times 0.52 --camera 35,8 --overlay --offscreen "$root/docs/figures/player.png" \
     "$root/samples/walker.nsdf"
+"$bin/nsdf-play" -q --size 960x400 --frames "$shown" --camera 35,8 --compare "$work/input" --heatmap \
+    --heatmap-max 2e-3 --offscreen "$root/docs/figures/heatmap.png" "$root/samples/walker.nsdf"

@@ -10,9 +10,13 @@
 
 #include "camera.h"
 #include "frame_queue.h"
+#include "heat.h"
 #include "hud.h"
+#include "obj_mesh.h"
 #include "picture.h"
 #include "punctuality.h"
+#include "reference.h"
+#include "view_setup.h"
 
 /* ---- Camera ---------------------------------------------------------------------------------------------- */
 
@@ -403,8 +407,108 @@ static void test_punctuality(void **state) {
     assert_true(p.shown == 4 && p.judged == 3);
 }
 
+/* ---- Comparing ------------------------------------------------------------------------------------------- */
+
+static void test_obj_meshes(void **state) {
+    static const char text[] = "# a square, a triangle\r\nv 0 0 0\r\nv 1 0 0 1 1 1\n  v 1 1 0\nv 0 1 0\n"
+                               "vn 9 9 9\nvt 0 0\n\nf 1/1 2/1/5 3//2 4\nv 0 0 2e0\nf -1 -5\t-4 \r\nusemtl f";
+    static const uint32_t indices[] = {0, 1, 2, 0, 2, 3, 4, 0, 1};
+    play_obj_mesh m = {.vertex_count = 0};
+    unsigned long line = 0;
+    (void)state;
+    for (int again = 0; again < 2; again++) {
+        assert_null(play_obj_parse(&m, text, &line));
+        const nsdf_mesh_view v = play_obj_view(&m);
+        assert_true(v.vertex_count == 5 && v.triangle_count == 3 && line == 13);
+        assert_memory_equal(v.indices, indices, sizeof indices);
+        assert_true(v.positions[3] == 1.0f && v.positions[4] == 0.0f && v.positions[14] == 2.0f);
+        assert_true(v.normals[3 * 2 + 2] == 1.0f && v.normals[3 * 4 + 1] == -1.0f);
+    }
+    play_obj_free(&m);
+}
+
+static void test_obj_faults_name_their_line(void **state) {
+    static const struct {
+        const char *text;
+        unsigned long line;
+    } bad[] = {{"v 0 0 0\nv 0 0\n1\n", 2},
+               {"v 0 0 nan", 1},
+               {"v 0 0 1e39", 1},
+               {"v 0 0 0\nv 1 0 0\nv 0 1 0\n\nf 1 2 4", 5},
+               {"v 0 0 0\nv 1 0 0\nf 1 2\n3", 3},
+               {"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 0 2", 4},
+               {"v 0 0 0\nf -1 -2 -1", 2},
+               {"v 0 0 0\nf 1 x 1", 2},
+               {"v 0 0 0\n", 2},
+               {"", 1}};
+    play_obj_mesh m = {.vertex_count = 0};
+    (void)state;
+    for (size_t i = 0; i < sizeof bad / sizeof *bad; i++) {
+        unsigned long line = 0;
+        assert_non_null(play_obj_parse(&m, bad[i].text, &line));
+        assert_int_equal(line, bad[i].line);
+    }
+    play_obj_free(&m);
+}
+
+static void test_numbers_in_names_count(void **state) {
+    static const char *const ordered[] = {"a", "a1.obj", "a02.obj", "a2b.obj", "a10.obj", "a10b2", "a10b11", "b0"};
+    (void)state;
+    for (int i = 0; i < 8; i++)
+        for (int j = 0; j < 8; j++) {
+            const int order = play_reference_order(ordered[i], ordered[j]);
+            assert_true(i < j ? order < 0 : i > j ? order > 0 : order == 0);
+        }
+}
+
+static void test_frames_that_are_shown(void **state) {
+    const nsdf_info info = {.rate_num = 30000, .rate_den = 1001, .frame_count = 100};
+    (void)state;
+    for (uint32_t i = 0; i < 100; i++) {
+        assert_int_equal(play_frame_at(&info, i * 1001.0 / 30000.0), i);
+        assert_int_equal(play_frame_at(&info, (i + 0.9) * 1001.0 / 30000.0), i);
+    }
+    assert_int_equal(play_frame_at(&info, 1000.0), 99);
+}
+
+/* Points off the surface by a known distance along its normals. */
+static void test_heat_is_distance(void **state) {
+    nsdf_decoder *decoder = NULL;
+    nsdf_mesh *mesh = NULL;
+    nsdf_mesh_view view;
+    nsdf_info info;
+    (void)state;
+    assert_int_equal(nsdf_open_file(&decoder, NSDF_SAMPLE, NULL, NULL), NSDF_OK);
+    assert_int_equal(nsdf_get_info(decoder, &info), NSDF_OK);
+    assert_int_equal(nsdf_extract_mesh(decoder, 0.4, NULL, &mesh), NSDF_OK);
+    assert_int_equal(nsdf_mesh_get_view(mesh, &view), NSDF_OK);
+    const size_t count = view.vertex_count;
+    float *points = malloc(count * 3 * sizeof *points), *share = malloc(count * sizeof *share);
+    for (int step = 0; step < 3; step++) { /* 0, a half and three times what is shown at most */
+        const double top = 1e-3 * info.diagonal, off = (step == 0 ? 0.0 : step == 1 ? 0.5 : 3.0) * top;
+        double sum = 0.0;
+        for (size_t i = 0; i < 3 * count; i++)
+            points[i] = view.positions[i] + (float)off * view.normals[i];
+        assert_int_equal(play_heat_measure(decoder, 0.4, points, count, top, share), NSDF_OK);
+        for (size_t i = 0; i < count; i++) {
+            assert_true(share[i] >= 0.0f && share[i] <= 1.0f);
+            sum += (double)share[i];
+        }
+        assert_true(fabs(sum / (double)count - fmin(off / top, 1.0)) < 0.05);
+    }
+    free(points);
+    free(share);
+    nsdf_mesh_free(&mesh);
+    nsdf_close(&decoder);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_obj_meshes),
+        cmocka_unit_test(test_obj_faults_name_their_line),
+        cmocka_unit_test(test_numbers_in_names_count),
+        cmocka_unit_test(test_frames_that_are_shown),
+        cmocka_unit_test(test_heat_is_distance),
         cmocka_unit_test(test_the_box_just_fits),
         cmocka_unit_test(test_up_is_up_and_the_front_is_in_front),
         cmocka_unit_test(test_matrix_and_projection_agree),

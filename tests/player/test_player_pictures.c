@@ -11,7 +11,7 @@
 
 #include "view_setup.h"
 
-enum { WIDTH = 240, HEIGHT = 180 };
+enum { WIDTH = 240, HEIGHT = 180, FRAMES = 48 };
 
 typedef struct picture {
     unsigned char rgba[4 * WIDTH * HEIGHT];
@@ -230,12 +230,73 @@ static void test_a_turn_ends_where_it_began(void **state) {
     assert_false(alike(&p[0], &p[2]));
 }
 
+/* ---- Comparing ------------------------------------------------------------------------------------------- */
+
+/* Meshes of the sample as OBJ, all frames or FRAMES times the one at 1 s. */
+static void make_reference(const char *folder, int all) {
+    char command[2048], times[16 * FRAMES] = "";
+    for (int i = 0; i < FRAMES && !all; i++)
+        strcat(times, i ? ",1" : "--times 1");
+    snprintf(command, sizeof command, "mkdir -p '%s' && '%s' -q '%s' -o '%s/%%d.obj' --resolution 64 %s", folder,
+             NSDF_DEC, NSDF_SAMPLE, folder, times);
+    assert_int_equal(system(command), 0);
+}
+
+/* The left half of a picture, or its right half, in a picture of its own. */
+static void take_half(const picture *from, int right, picture *half) {
+    memset(half, 0, sizeof *half);
+    for (int y = 0; y < HEIGHT; y++)
+        memcpy(half->rgba + (size_t)4 * WIDTH * (size_t)y,
+               from->rgba + (size_t)4 * WIDTH * (size_t)y + (right ? 2 * WIDTH : 0), (size_t)2 * WIDTH);
+}
+
+static void test_input_and_decoded_are_side_by_side(void **state) {
+    static picture both, halves[3];
+    (void)state;
+    make_reference(NSDF_WORK "/all", 1);
+    draw("--times 0.52 --mode flat --resolution 64 --no-overlay --compare '" NSDF_WORK "/all'", &both);
+    take_half(&both, 0, &halves[0]);
+    take_half(&both, 1, &halves[1]);
+    draw("--times 1 --mode flat --resolution 64 --no-overlay --compare '" NSDF_WORK "/all'", &both);
+    take_half(&both, 0, &halves[2]);
+    assert_true(alike(&halves[0], &halves[1]));
+    assert_false(alike(&halves[0], &halves[2]));
+}
+
+/* Pixels of the colours' lower and upper ends: violet and yellow. */
+static void count_heat(const picture *p, int *cold, int *hot) {
+    *cold = *hot = 0;
+    for (int i = 0; i < WIDTH * HEIGHT; i++) {
+        const unsigned char *c = p->rgba + 4 * i;
+        *cold += c[2] > c[1] + 25 && c[0] > c[1] + 10;
+        *hot += c[0] > c[2] + 60 && c[1] > c[2] + 60;
+    }
+}
+
+static void test_heat_is_where_the_surfaces_differ(void **state) {
+    static picture p;
+    int cold, hot;
+    (void)state;
+    make_reference(NSDF_WORK "/one", 0);
+    draw("--times 1 --heatmap --no-overlay --compare '" NSDF_WORK "/one'", &p);
+    count_heat(&p, &cold, &hot);
+    assert_true(cold > 1000 && hot == 0);
+    draw("--times 0.5 --heatmap --no-overlay --compare '" NSDF_WORK "/one'", &p);
+    count_heat(&p, &cold, &hot);
+    assert_true(hot > 300);
+    draw("--times 0.5 --heatmap --compare '" NSDF_WORK "/all'", &p); /* with its legend, which has both */
+    count_heat(&p, &cold, &hot);
+    assert_true(cold > 1000 && hot > 20 && hot < 300);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_silhouettes_are_those_of_the_mesh),
         cmocka_unit_test(test_the_whole_surface_throws_its_shadow),
         cmocka_unit_test(test_pictures_look_as_they_did),
         cmocka_unit_test(test_a_turn_ends_where_it_began),
+        cmocka_unit_test(test_input_and_decoded_are_side_by_side),
+        cmocka_unit_test(test_heat_is_where_the_surfaces_differ),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -14,6 +14,16 @@ fails 2 "--mode" nsdf-play fixture/tiny.nsdf --mode shiny
 fails 2 "go with --offscreen" nsdf-play fixture/tiny.nsdf --fps 25
 fails 2 "--transparent" nsdf-play fixture/tiny.nsdf --offscreen - --transparent
 fails 2 "out of range" nsdf-play fixture/tiny.nsdf --offscreen x_%d.png --times 99
+fails 2 "--compare" nsdf-play fixture/tiny.nsdf --compare fixture/frames
+fails 2 "--heatmap goes" nsdf-play fixture/tiny.nsdf --offscreen x_%d.png --heatmap
+fails 2 "--heatmap-max" nsdf-play fixture/tiny.nsdf --offscreen x_%d.png --heatmap-max 0
+fails 1 "nowhere" nsdf-play fixture/tiny.nsdf --offscreen x_%d.png --compare nowhere
+fails 1 "0 OBJ meshes, but the file has 6" nsdf-play fixture/tiny.nsdf --offscreen x_%d.png --compare fixture/empty
+cp -r fixture/frames damaged
+damaged=$(ls -d damaged/* | sed -n 3p)
+echo "f 1 2 x" >"$damaged"
+fails 1 "$damaged:1: " nsdf-play fixture/tiny.nsdf --offscreen x_%d.png --compare damaged
+rm -r damaged
 fails 1 missing.nsdf nsdf-play missing.nsdf --offscreen x_%d.png
 head -c 100 fixture/tiny.nsdf >short.nsdf
 fails 1 short.nsdf nsdf-play short.nsdf --offscreen x_%d.png
@@ -26,3 +36,6 @@ no_leftovers pictures p_00.png p_01.png p_02.png
 nsdf-play -q fixture/tiny.nsdf --offscreen - --frames 0-2 --size 64x48 >film.y4m
 head -n 1 film.y4m
 size_of film.y4m
+nsdf-play -q fixture/tiny.nsdf --offscreen both.png --times 0 --size 64x48 --compare fixture/frames/
+nsdf-play -q fixture/tiny.nsdf --offscreen heat.png --times 0 --size 65x48 --compare fixture/frames --heatmap
+for name in both heat; do [ "$(size_of "$name.png")" -gt 500 ] || give_up "$name.png is empty"; done
