@@ -4,9 +4,8 @@
 set -euo pipefail
 
 play=$1 file=$2 work=$3
-here=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
-export TSAN_OPTIONS="suppressions=$here/tsan.supp ${TSAN_OPTIONS:-}"
-# Mesa's driver leaves memory behind, also of a program that only opens a window, and cannot be named once it is unloaded.
+# Mesa's driver leaves memory behind, also of a program that only opens a window, and cannot be named once it is
+# unloaded.
 export ASAN_OPTIONS="detect_leaks=0 ${ASAN_OPTIONS:-}"
 for program in Xvfb xdotool; do
     if ! command -v "$program" >/dev/null; then
