@@ -39,6 +39,7 @@ struct play_queue {
     uint32_t still_resolution; /* of the frame that a standing clock has; 0 = none */
     play_queue_state state;
     uint64_t number;
+    double drawing; /* seconds for a frame */
 };
 
 double play_wall(void) {
@@ -128,6 +129,13 @@ static nsdf_status decode(play_queue *q, held_frame *h, const job *j, uint64_t p
     return status;
 }
 
+/* Of the time between two frames, what drawing leaves.  Part of that does not depend on the resolution, so that a lower
+ * one cannot make up for all of it. */
+static double time_to_decode(const play_queue *q) {
+    const double interval = 1.0 / q->plan.rate;
+    return interval - fmin(q->drawing, 0.4 * interval);
+}
+
 /* With the lock. */
 static void finish(play_queue *q, held_frame *h, const job *j, nsdf_status status, uint64_t plans) {
     const int wanted = q->plans == plans && status != NSDF_CANCELLED;
@@ -142,7 +150,7 @@ static void finish(play_queue *q, held_frame *h, const job *j, nsdf_status statu
         q->still_time = j->time;
         q->still_resolution = j->resolution;
     } else if (!q->plan.resolution) {
-        play_pace_note(&q->pace, j->resolution, h->frame.seconds, 1.0 / q->plan.rate, !j->first && now > j->due);
+        play_pace_note(&q->pace, j->resolution, h->frame.seconds, time_to_decode(q), !j->first && now > j->due);
     }
     if (status != NSDF_OK)
         return;
@@ -220,6 +228,12 @@ void play_queue_set_plan(play_queue *q, const play_plan *plan) {
         if (q->frames[i].use == READY)
             q->frames[i].use = FREE;
     pthread_cond_signal(&q->changed);
+    pthread_mutex_unlock(&q->lock);
+}
+
+void play_queue_set_drawing(play_queue *q, double seconds) {
+    pthread_mutex_lock(&q->lock);
+    q->drawing = seconds;
     pthread_mutex_unlock(&q->lock);
 }
 

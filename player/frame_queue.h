@@ -37,6 +37,10 @@ void play_queue_free(play_queue *queue);
 /* Frames that were decoded for another plan are dropped, but the one that play_queue_take returned last. */
 void play_queue_set_plan(play_queue *queue, const play_plan *plan);
 
+/* How long drawing a frame takes at now: processors that draw as well have less time to decode, so that the automatic
+ * resolution counts it, as far as it is no more than 0.4 of the time between two frames. */
+void play_queue_set_drawing(play_queue *queue, double seconds);
+
 /* The latest frame that is due at `wall`, borrowed until the next call; NULL until there is any.  The same frame
  * (number) again as long as there is no later one. */
 const play_frame *play_queue_take(play_queue *queue, double wall);

@@ -410,6 +410,7 @@ static void draw(app *a, const play_frame *frame, int another) {
     a->dirty = 0;
     if (another) {
         count_rate(a, now);
+        play_queue_set_drawing(a->session.queue, a->draw_seconds);
         play_punctuality_shown(&a->punctuality, &a->session.plan.clock, frame->time, now);
     }
 }
