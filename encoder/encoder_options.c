@@ -85,7 +85,7 @@ void nsdf_encoder_options_init(nsdf_encoder_options *options, nsdf_preset preset
     if (preset == NSDF_PRESET_MEDIUM) {
         o.steps = 40000;
         o.blocks = 1400;
-        o.bones = 78;
+        o.bones = 83;
         o.block_steps = 40000;
         o.block_knot_spacing = 1.4;
         o.level_spacing = 12.0;
