@@ -25,6 +25,14 @@ static const double lowest_x = -1.6, highest_x = 1.6, rate_share = 1.5;
 static const double margin_blocks = 1.2; /* nodes for more blocks than expected */
 enum { MOST_PROBES = 2, MOST_TUNES = 9, MOST_REFITS = 2, MOST_CHECKS = 5 };
 
+/* A model that was left for another, and what belongs to it. */
+typedef struct held_model {
+    nsdf_block_model model;
+    nsdf_encoder_options level_o, options;
+    double level, x, quick;
+    uint64_t bytes;
+} held_model;
+
 struct nsdf_rate_blocks {
     nsdf_rate_job job;
     nsdf_encoder_options base;    /* as given, with the steps of blocks */
@@ -46,6 +54,7 @@ struct nsdf_rate_blocks {
     int close;               /* some round since the last whole fit had the error: tuning leads there */
     uint32_t tunes, refits, checks;
     int stopped, finished;
+    held_model held;       /* has the error by quick measure, with the fewest bytes since approaching began */
     nsdf_block_model best; /* met the error when all frames were verified, if it has values */
     uint64_t best_bytes;
 };
@@ -70,6 +79,7 @@ void nsdf_rate_blocks_free(nsdf_rate_blocks *r) {
     if (r->tracked_blocks)
         nsdf_nodes_free(&r->tracked.nodes);
     nsdf_block_model_free(&r->best);
+    nsdf_block_model_free(&r->held.model);
     free(r);
 }
 
@@ -344,9 +354,41 @@ static int needs_refit(const nsdf_rate_blocks *r, double next) {
            (expected(r) > error_hopeless || next < lowest_x || r->trials.count > 2);
 }
 
+/* Errors of rounds scatter: one that will do is not forgotten for those that follow. */
+static nsdf_status hold(nsdf_rate_blocks *r) {
+    held_model *h = &r->held;
+    if (expected(r) > 1.0 || (h->model.values && h->bytes <= r->bytes))
+        return NSDF_OK;
+    nsdf_block_model_free(&h->model);
+    *h = (held_model){.level_o = r->level_o,
+                      .options = r->options,
+                      .level = r->level,
+                      .x = r->x,
+                      .quick = r->quick,
+                      .bytes = r->bytes};
+    return nsdf_block_model_copy(&h->model, r->model) == 0 ? NSDF_OK : no_memory(r);
+}
+
+/* What is held takes the place of a model that will not do. */
+static void take_held(nsdf_rate_blocks *r) {
+    held_model *h = &r->held;
+    if (h->model.values && expected(r) > 1.0) {
+        nsdf_block_model_free(r->model);
+        *r->model = h->model;
+        memset(&h->model, 0, sizeof h->model);
+        r->level_o = h->level_o;
+        r->options = h->options;
+        r->level = h->level;
+        r->x = h->x;
+        r->quick = h->quick;
+        r->bytes = h->bytes;
+    }
+    nsdf_block_model_free(&h->model);
+}
+
 /* Until the error is just below the one asked for. */
 static nsdf_status approach(nsdf_rate_blocks *r) {
-    nsdf_status status = NSDF_OK;
+    nsdf_status status = hold(r);
     while (status == NSDF_OK && !r->stopped) {
         const double ratio = expected(r);
         if (ratio >= error_enough && ratio <= quick_margin)
@@ -355,6 +397,8 @@ static nsdf_status approach(nsdf_rate_blocks *r) {
         const double next = nsdf_rate_next(&r->trials, wanted), x = fmax(lowest_x, fmin(highest_x, next));
         if (needs_refit(r, next)) {
             status = refit(r);
+            if (status == NSDF_OK)
+                status = hold(r);
             continue;
         }
         if (r->tunes >= MOST_TUNES || x == r->x)
@@ -364,7 +408,10 @@ static nsdf_status approach(nsdf_rate_blocks *r) {
         status = fit_and_measure(r, NSDF_RATE_TUNE, tune_share);
         nsdf_rate_tried(&r->trials, x, r->quick);
         r->close |= expected(r) <= 1.0;
+        if (status == NSDF_OK)
+            status = hold(r);
     }
+    take_held(r);
     return status;
 }
 
