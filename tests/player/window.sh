@@ -24,7 +24,7 @@ give_up() {
 }
 
 # A display number that is free is chosen by the server.
-Xvfb -displayfd 3 -screen 0 640x480x24 -nolisten tcp 3>display 2>/dev/null &
+Xvfb -displayfd 3 -screen 0 640x480x24 -nolisten tcp -noreset 3>display 2>/dev/null &
 server=$!
 player=
 trap '[ -z "$player" ] || kill "$player" 2>/dev/null || true; kill $server 2>/dev/null || true' EXIT
