@@ -210,10 +210,9 @@ TARGET static void search_group(const nsdf_block_group *group, uint32_t first, c
 TARGET static uint32_t find_nearest(const nsdf_block_group *group, const nsdf_group_balls *balls, uint32_t groups,
                                     const float x[3], float *square) {
     const uint32_t sets = nsdf_block_groups(groups), probe = nearest_ball(balls, sets, x);
-    uint32_t nearest = groups * NSDF_BLOCK_GROUP;
+    uint32_t nearest = groups * NSDF_BLOCK_GROUP, unused;
     float bound = *square;
-    search_group(&group[probe < groups ? probe : 0], 0, x, &bound, &nearest);
-    nearest = groups * NSDF_BLOCK_GROUP;
+    search_group(&group[probe < groups ? probe : 0], 0, x, &bound, &unused);
     const float limit = 1.0001f * sqrtf(bound) + 1e-6f;
     for (uint32_t s = 0; s < sets; s++) {
         float spare[NSDF_BLOCK_GROUP];

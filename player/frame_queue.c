@@ -1,10 +1,10 @@
 #include "frame_queue.h"
 
+#include "cli_util.h"
 #include <math.h>
 #include <pthread.h>
 #include <stdlib.h>
 #include <string.h>
-#include <time.h>
 
 enum { FRAMES = 6 };
 
@@ -41,12 +41,6 @@ struct play_queue {
     uint64_t number;
     double drawing; /* seconds for a frame */
 };
-
-double play_wall(void) {
-    struct timespec now;
-    clock_gettime(CLOCK_MONOTONIC, &now);
-    return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
-}
 
 /* ---- What to decode next: called with the lock ----------------------------------------------------------- */
 
@@ -89,7 +83,7 @@ static int choose_moving(play_queue *q, double now, job *j) {
 }
 
 static int choose(play_queue *q, job *j) {
-    const double now = play_wall();
+    const double now = nsdf_cli_clock();
     if (!play_clock_moves(&q->plan.clock, now))
         return choose_still(q, now, j);
     q->still_resolution = 0;
@@ -118,14 +112,14 @@ static nsdf_status decode(play_queue *q, held_frame *h, const job *j, uint64_t p
     options.resolution = j->resolution;
     options.cancel = is_obsolete;
     options.cancel_user = &c;
-    const double began = play_wall();
+    const double began = nsdf_cli_clock();
     nsdf_status status = nsdf_extract_mesh(q->decoder, j->time, &options, &h->mesh);
     if (status == NSDF_OK)
         status = nsdf_mesh_get_view(h->mesh, &h->frame.view);
     h->frame.time = j->time;
     h->frame.due = j->due;
     h->frame.resolution = j->resolution;
-    h->frame.seconds = play_wall() - began;
+    h->frame.seconds = nsdf_cli_clock() - began;
     return status;
 }
 
@@ -139,7 +133,7 @@ static double time_to_decode(const play_queue *q) {
 /* With the lock. */
 static void finish(play_queue *q, held_frame *h, const job *j, nsdf_status status, uint64_t plans) {
     const int wanted = q->plans == plans && status != NSDF_CANCELLED;
-    const double now = play_wall();
+    const double now = nsdf_cli_clock();
     h->use = FREE;
     if (!wanted)
         return;

@@ -54,7 +54,4 @@ typedef struct play_queue_state {
 
 play_queue_state play_queue_get_state(play_queue *queue);
 
-/* Seconds of a clock that only goes forward: the wall. */
-double play_wall(void);
-
 #endif

@@ -4,11 +4,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 
-/* viridis (van der Walt and Smith 2015, CC0), as in the heat maps of nsdf-cmp. */
-const float play_heat_ramp[PLAY_HEAT_COLOURS][3] = {
-    {0.267f, 0.004f, 0.329f}, {0.278f, 0.176f, 0.482f}, {0.231f, 0.322f, 0.545f},
-    {0.173f, 0.447f, 0.557f}, {0.129f, 0.565f, 0.549f}, {0.153f, 0.678f, 0.506f},
-    {0.365f, 0.784f, 0.388f}, {0.667f, 0.863f, 0.196f}, {0.992f, 0.906f, 0.145f}};
+#include "cli_heat.h"
 
 nsdf_status play_heat_measure(nsdf_decoder *decoder, double t, const float *points, size_t count, double top,
                               float *share) {
@@ -26,14 +22,9 @@ nsdf_status play_heat_measure(nsdf_decoder *decoder, double t, const float *poin
 }
 
 static play_colour colour_at(double share) {
-    const double at = share * (PLAY_HEAT_COLOURS - 1);
-    const int step = at >= PLAY_HEAT_COLOURS - 2 ? PLAY_HEAT_COLOURS - 2 : (int)at;
-    play_colour colour = 0;
-    for (int k = 0; k < 3; k++) {
-        const double low = (double)play_heat_ramp[step][k], high = (double)play_heat_ramp[step + 1][k];
-        colour = colour << 8 | (play_colour)lround(255.0 * (low + (at - step) * (high - low)));
-    }
-    return colour << 8 | 0xff;
+    uint8_t rgb[3];
+    nsdf_cli_heat_colour(share, rgb);
+    return (play_colour)rgb[0] << 24 | (play_colour)rgb[1] << 16 | (play_colour)rgb[2] << 8 | 0xff;
 }
 
 void play_heat_legend(play_overlay *o, double top_of_diagonal, int width, int height) {

@@ -5,10 +5,6 @@
 #include "nsdf/decoder.h"
 #include "overlay.h"
 
-enum { PLAY_HEAT_COLOURS = 9 };
-/* Evenly spaced, from no error to the largest that is shown: red, green, blue from 0 to 1. */
-extern const float play_heat_ramp[PLAY_HEAT_COLOURS][3];
-
 /* How far the decoded surface of time t is from points, as shares of `top` (world units): share[count].  The distance
  * is |f| / |grad f|, which is that to the zero set where that is near, as it is here; it needs no search. */
 nsdf_status play_heat_measure(nsdf_decoder *decoder, double t, const float *points, size_t count, double top,

@@ -29,21 +29,13 @@ typedef struct job {
     int to_stdout;
 } job;
 
-static int is_interrupted(void *user) {
-    (void)user;
-    return nsdf_cli_interrupts() > 0;
-}
-
 static int report(const job *j, nsdf_status status) {
     nsdf_error error;
     if (status == NSDF_CANCELLED) {
         nsdf_cli_error("interrupted");
         return NSDF_CLI_FAILURE;
     }
-    if (nsdf_get_error(j->decoder, &error) != NSDF_OK || error.status != status) {
-        memset(&error, 0, sizeof error);
-        error.status = status;
-    }
+    nsdf_cli_get_error(j->decoder, status, &error);
     nsdf_cli_nsdf_error(j->options->input, &error);
     return NSDF_CLI_FAILURE;
 }
@@ -54,7 +46,7 @@ static nsdf_status extract(const job *j, double seconds, nsdf_mesh **mesh, nsdf_
     nsdf_mesh_options options;
     nsdf_mesh_options_init(&options);
     options.resolution = j->options->resolution;
-    options.cancel = is_interrupted;
+    options.cancel = nsdf_cli_is_interrupted;
     const nsdf_status status = nsdf_extract_mesh(j->decoder, seconds, &options, mesh);
     return status == NSDF_OK ? nsdf_mesh_get_view(*mesh, view) : status;
 }
@@ -177,7 +169,7 @@ static int check_names(const job *j) {
 }
 
 static int draw_all(job *j) {
-    const double began = play_wall();
+    const double began = nsdf_cli_clock();
     int result = NSDF_CLI_SUCCESS;
     for (uint32_t i = 0; i < j->times.count && result == NSDF_CLI_SUCCESS; i++) {
         nsdf_cli_progress("picture %lu of %lu", (unsigned long)i + 1, (unsigned long)j->times.count);
@@ -187,7 +179,7 @@ static int draw_all(job *j) {
         result = NSDF_CLI_FAILURE;
     if (result == NSDF_CLI_SUCCESS)
         nsdf_cli_say("%lu picture%s, %.3g a second", (unsigned long)j->times.count, j->times.count == 1 ? "" : "s",
-                     j->times.count / (play_wall() - began));
+                     j->times.count / (nsdf_cli_clock() - began));
     return result;
 }
 

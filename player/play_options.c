@@ -138,21 +138,11 @@ static const struct option long_options[] = {
 
 /* ---- Values ---------------------------------------------------------------------------------------------- */
 
-static int bad_value(const char *option, const char *text, const char *expected) {
-    return nsdf_cli_usage_error("%s: '%s' is not %s", option, text, expected);
-}
-
-static int parse_count(const char *option, const char *text, uint32_t min, uint32_t max, uint32_t *out) {
-    if (nsdf_cli_parse_u32(text, min, max, out) == 0)
-        return NSDF_CLI_SUCCESS;
-    return nsdf_cli_usage_error("%s: '%s' is not a whole number from %lu to %lu", option, text, (unsigned long)min,
-                                (unsigned long)max);
-}
-
 static int parse_seconds(const char *option, const char *text, double least, double *out) {
     if (nsdf_cli_parse_double(text, out) == 0 && *out >= least)
         return NSDF_CLI_SUCCESS;
-    return bad_value(option, text, least > 0.0 ? "a number of seconds above 0" : "a number of seconds from 0 on");
+    return nsdf_cli_bad_value(option, text,
+                              least > 0.0 ? "a number of seconds above 0" : "a number of seconds from 0 on");
 }
 
 /* 2, -0.5, 1/8, -1/16 */
@@ -160,7 +150,7 @@ static int parse_speed(const char *text, double *speed) {
     const int negative = text[0] == '-';
     uint32_t num, den;
     if (nsdf_cli_parse_rational(text + negative, &num, &den) != 0)
-        return bad_value("--speed", text, "a speed such as 1, 1/8 or -2");
+        return nsdf_cli_bad_value("--speed", text, "a speed such as 1, 1/8 or -2");
     const double size = (double)num / den;
     if (size < PLAY_SLOWEST || size > PLAY_FASTEST)
         return nsdf_cli_usage_error("--speed: %s is out of range, which is 1/64 to 8 and -8 to -1/64", text);
@@ -171,7 +161,7 @@ static int parse_speed(const char *text, double *speed) {
 static int parse_rate(const char *text, double *rate) {
     uint32_t num, den;
     if (nsdf_cli_parse_rational(text, &num, &den) != 0 || num > 1000.0 * den || den > num)
-        return bad_value("--rate", text, "a rate from 1 to 1000");
+        return nsdf_cli_bad_value("--rate", text, "a rate from 1 to 1000");
     *rate = (double)num / den;
     return NSDF_CLI_SUCCESS;
 }
@@ -181,7 +171,7 @@ static int parse_size(const char *text, play_options *o) {
     const char *x = strchr(text, 'x');
     uint32_t width, height;
     if (!x || (size_t)(x - text) >= sizeof first)
-        return bad_value("--size", text, "a size such as 1280x720");
+        return nsdf_cli_bad_value("--size", text, "a size such as 1280x720");
     memcpy(first, text, (size_t)(x - text));
     first[x - text] = '\0';
     if (nsdf_cli_parse_u32(first, 16, MOST_PIXELS, &width) != 0 ||
@@ -201,7 +191,8 @@ typedef struct numbers {
 static int add_number(void *user, const char *text) {
     numbers *n = user;
     if (n->count == 3 || nsdf_cli_parse_double(text, &n->value[n->count]) != 0)
-        return bad_value("--camera", text, "one of two angles in degrees and a zoom, such as 25,12 or 25,12,1.5");
+        return nsdf_cli_bad_value("--camera", text,
+                                  "one of two angles in degrees and a zoom, such as 25,12 or 25,12,1.5");
     n->count++;
     return NSDF_CLI_SUCCESS;
 }
@@ -212,7 +203,8 @@ static int parse_camera(const char *text, play_options *o) {
     if (result != NSDF_CLI_SUCCESS)
         return result;
     if (n.count < 2 || fabs(n.value[1]) > 89.0 || (n.count == 3 && (n.value[2] < 0.05 || n.value[2] > 50.0)))
-        return bad_value("--camera", text, "an angle around, one above from -89 to 89, and a zoom from 0.05 to 50");
+        return nsdf_cli_bad_value("--camera", text,
+                                  "an angle around, one above from -89 to 89, and a zoom from 0.05 to 50");
     o->azimuth = n.value[0];
     o->elevation = n.value[1];
     o->zoom = n.count == 3 ? n.value[2] : 1.0;
@@ -231,7 +223,7 @@ static int parse_format(const char *text, play_options *o) {
     static const char *const names[] = {"png", "rgba", "y4m"};
     const int found = find_name(text, names, 3);
     if (found < 0)
-        return bad_value("--format", text, "y4m, rgba or png");
+        return nsdf_cli_bad_value("--format", text, "y4m, rgba or png");
     o->picture = (play_picture)found;
     o->has_picture = 1;
     return NSDF_CLI_SUCCESS;
@@ -241,7 +233,7 @@ static int parse_mode(const char *text, play_options *o) {
     static const char *const names[PLAY_MODES] = {"shaded", "flat", "wire", "normals"};
     const int found = find_name(text, names, PLAY_MODES);
     if (found < 0)
-        return bad_value("--mode", text, "shaded, flat, wire or normals");
+        return nsdf_cli_bad_value("--mode", text, "shaded, flat, wire or normals");
     o->mode = (play_mode)found;
     return NSDF_CLI_SUCCESS;
 }
@@ -250,7 +242,7 @@ static int parse_mode(const char *text, play_options *o) {
 
 static int set_count(const char *option, const char *text, uint32_t max, int *out) {
     uint32_t value = 0;
-    const int result = parse_count(option, text, 1, max, &value);
+    const int result = nsdf_cli_take_count(option, text, 1, max, &value);
     if (result == NSDF_CLI_SUCCESS)
         *out = (int)value;
     return result;
@@ -278,9 +270,7 @@ static int set_value(int option, const char *text, play_options *o) {
     case OPTION_FORMAT:
         return parse_format(text, o);
     case OPTION_FPS:
-        if (nsdf_cli_parse_rational(text, &o->choice.rate_num, &o->choice.rate_den) == 0)
-            return NSDF_CLI_SUCCESS;
-        return bad_value("--fps", text, "a rate such as 50, 29.97 or 60000/1001");
+        return nsdf_cli_take_rate("--fps", text, &o->choice.rate_num, &o->choice.rate_den);
     case OPTION_FRAMES:
         o->choice.frames = text;
         return NSDF_CLI_SUCCESS;
@@ -296,22 +286,22 @@ static int set_value(int option, const char *text, play_options *o) {
         o->heatmap = 1;
         if (nsdf_cli_parse_double(text, &o->heatmap_max) == 0 && o->heatmap_max > 0.0)
             return NSDF_CLI_SUCCESS;
-        return bad_value("--heatmap-max", text, "a fraction of the diagonal above 0");
+        return nsdf_cli_bad_value("--heatmap-max", text, "a fraction of the diagonal above 0");
     case OPTION_SIZE:
         return parse_size(text, o);
     case OPTION_CAMERA:
         return parse_camera(text, o);
     case OPTION_UP:
         return play_up_parse(text, &o->up) == 0 ? NSDF_CLI_SUCCESS
-                                                : bad_value("--up", text, "one of x, y, z, -x, -y and -z");
+                                                : nsdf_cli_bad_value("--up", text, "one of x, y, z, -x, -y and -z");
     case OPTION_MODE:
         return parse_mode(text, o);
     case OPTION_SAMPLES:
         return set_count("--samples", text, MOST_SAMPLES, &o->samples);
     case OPTION_RESOLUTION:
-        return parse_count("--resolution", text, 2, MOST_RESOLUTION, &o->resolution);
+        return nsdf_cli_take_count("--resolution", text, 2, MOST_RESOLUTION, &o->resolution);
     case OPTION_THREADS:
-        return parse_count("--threads", text, 0, MOST_THREADS, &o->threads);
+        return nsdf_cli_take_count("--threads", text, 0, MOST_THREADS, &o->threads);
     default:
         return set_window_value(option, text, o);
     }
@@ -353,13 +343,6 @@ static void set_flag(int option, play_options *o) {
         nsdf_cli_set_verbosity(1);
         break;
     }
-}
-
-static int takes_value(int option) {
-    for (const struct option *o = long_options; o->name; o++)
-        if (o->val == option)
-            return o->has_arg == required_argument;
-    return 0;
 }
 
 static int check_pictures(play_options *o) {
@@ -418,7 +401,7 @@ int play_options_parse(int argc, char **argv, play_options *options) {
                 printf("nsdf-play %s\n", nsdf_version_string());
             return NSDF_CLI_SUCCESS;
         }
-        if (takes_value(option))
+        if (nsdf_cli_takes_value(option, long_options))
             result = set_value(option, optarg, options);
         else
             set_flag(option, options);

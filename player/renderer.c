@@ -1,6 +1,6 @@
 #include "renderer.h"
 
-#include "heat.h"
+#include "cli_heat.h"
 #include "render_targets.h"
 #include "shaders.h"
 
@@ -351,6 +351,15 @@ static void set_surface(const play_renderer *r, int mode, const float colour[4])
     r->gl.Uniform4f(uniform(r, SURFACE, "colour"), colour[0], colour[1], colour[2], colour[3]);
 }
 
+/* Red, green, blue from 0 to 1. */
+static void set_ramp(const play_renderer *r) {
+    float ramp[NSDF_CLI_HEAT_COLOURS][3];
+    for (int i = 0; i < NSDF_CLI_HEAT_COLOURS; i++)
+        for (int k = 0; k < 3; k++)
+            ramp[i][k] = (float)nsdf_cli_heat_ramp[i][k] / 255.0f;
+    r->gl.Uniform3fv(uniform(r, SURFACE, "ramp"), NSDF_CLI_HEAT_COLOURS, ramp[0]);
+}
+
 static void draw_surface(const play_renderer *r, const play_scene *scene, const view *v) {
     static const float clay[4] = {0.62f, 0.60f, 0.57f, 1.0f}, line[4] = {0.02f, 0.03f, 0.05f, 1.0f};
     static const int modes[PLAY_MODES] = {0, 1, 0, 2};
@@ -364,7 +373,7 @@ static void draw_surface(const play_renderer *r, const play_scene *scene, const 
     set_vector(r, SURFACE, "fill", v->fill);
     set_vector(r, SURFACE, "up", v->up);
     gl->Uniform1i(uniform(r, SURFACE, "heated"), m->has_heat);
-    gl->Uniform3fv(uniform(r, SURFACE, "ramp"), PLAY_HEAT_COLOURS, play_heat_ramp[0]);
+    set_ramp(r);
     gl->Enable(GL_DEPTH_TEST);
     gl->Enable(GL_POLYGON_OFFSET_FILL);
     gl->PolygonOffset(1.0f, 1.0f);

@@ -1,5 +1,6 @@
 #include "session.h"
 
+#include "cli_util.h"
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -14,7 +15,7 @@ static nsdf_status open_decoder(nsdf_decoder **decoder, const char *path, uint32
 }
 
 static play_plan first_plan(const play_options *o, const nsdf_info *info) {
-    const double file_rate = (double)info->rate_num / info->rate_den, now = play_wall();
+    const double file_rate = (double)info->rate_num / info->rate_den, now = nsdf_cli_clock();
     play_plan plan = {.clock = play_clock_make(info->duration, 1.0 / file_rate),
                       .rate = o->rate > 0.0 ? o->rate : file_rate,
                       .resolution = o->resolution,
@@ -62,7 +63,7 @@ void play_session_replan(play_session *s) {
 }
 
 void play_session_step(play_session *s, int frames) {
-    const double now = play_wall(), rate = (double)s->info.rate_num / s->info.rate_den;
+    const double now = nsdf_cli_clock(), rate = (double)s->info.rate_num / s->info.rate_den;
     const double at = play_clock_time(&s->plan.clock, now) * rate, last = (double)s->info.frame_count - 1.0;
     const double to = frames > 0 ? floor(at + 1e-6) + frames : ceil(at - 1e-6) + frames;
     double seconds = 0.0;

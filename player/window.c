@@ -43,7 +43,7 @@ typedef struct app {
 
 static void say(app *a, const char *text) {
     snprintf(a->message, sizeof a->message, "%s", text);
-    a->message_until = play_wall() + message_seconds;
+    a->message_until = nsdf_cli_clock() + message_seconds;
     a->dirty = 1;
 }
 
@@ -72,7 +72,7 @@ static void start_file(app *a) {
     a->scene = play_scene_make(&view, &a->session.info);
     if (a->scene.ghost && play_session_show_ghost(&a->session, 1) != 0)
         a->scene.ghost = 0;
-    play_punctuality_jump(&a->punctuality, play_wall());
+    play_punctuality_jump(&a->punctuality, nsdf_cli_clock());
     forget_frames(a);
     set_title(a);
     a->dirty = 1;
@@ -100,19 +100,19 @@ static void drop_file(GLFWwindow *window, int count, const char **paths) {
 /* ---- Keys ------------------------------------------------------------------------------------------------ */
 
 static void replan(app *a) {
-    play_punctuality_jump(&a->punctuality, play_wall());
+    play_punctuality_jump(&a->punctuality, nsdf_cli_clock());
     play_session_replan(&a->session);
     a->dirty = 1;
 }
 
 static void seek(app *a, double seconds) {
-    play_clock_seek(&a->session.plan.clock, play_wall(), seconds);
+    play_clock_seek(&a->session.plan.clock, nsdf_cli_clock(), seconds);
     replan(a);
 }
 
 static void toggle_playing(app *a) {
     play_clock *c = &a->session.plan.clock;
-    const double now = play_wall();
+    const double now = nsdf_cli_clock();
     if (play_clock_moves(c, now))
         play_clock_pause(c, now);
     else
@@ -121,7 +121,7 @@ static void toggle_playing(app *a) {
 }
 
 static void set_speed(app *a, double speed) {
-    play_clock_set_speed(&a->session.plan.clock, play_wall(), speed);
+    play_clock_set_speed(&a->session.plan.clock, nsdf_cli_clock(), speed);
     replan(a);
 }
 
@@ -185,7 +185,7 @@ static int general_key(app *a, int key) {
         return 1;
     case GLFW_KEY_T:
         a->turning = !a->turning;
-        a->turned_at = play_wall();
+        a->turned_at = nsdf_cli_clock();
         return 1;
     case GLFW_KEY_F:
         play_camera_fit(&a->scene.camera, &a->scene.box, (double)a->width / a->height);
@@ -200,14 +200,14 @@ static int general_key(app *a, int key) {
 
 static void seek_key(app *a, int key) {
     const play_clock *c = &a->session.plan.clock;
-    const double at = play_clock_time(c, play_wall());
+    const double at = play_clock_time(c, nsdf_cli_clock());
     switch (key) {
     case GLFW_KEY_LEFT:
-        play_punctuality_jump(&a->punctuality, play_wall());
+        play_punctuality_jump(&a->punctuality, nsdf_cli_clock());
         play_session_step(&a->session, -1);
         break;
     case GLFW_KEY_RIGHT:
-        play_punctuality_jump(&a->punctuality, play_wall());
+        play_punctuality_jump(&a->punctuality, nsdf_cli_clock());
         play_session_step(&a->session, 1);
         break;
     case GLFW_KEY_UP:
@@ -248,7 +248,7 @@ static void play_key(app *a, int key) {
         set_speed(a, -c->speed);
         break;
     case GLFW_KEY_L:
-        play_clock_set_loop(&a->session.plan.clock, play_wall(), !c->loop);
+        play_clock_set_loop(&a->session.plan.clock, nsdf_cli_clock(), !c->loop);
         say(a, c->loop ? "begins again at the end" : "stops at the end");
         replan(a);
         break;
@@ -400,12 +400,12 @@ static void count_rate(app *a, double now) {
 }
 
 static void draw(app *a, const play_frame *frame, int another) {
-    const double began = play_wall();
+    const double began = nsdf_cli_clock();
     draw_texts(a, frame, began);
     if (play_renderer_draw(a->renderer, &a->scene, &a->overlay, a->width, a->height) != 0)
         return;
     glfwSwapBuffers(a->window);
-    const double now = play_wall();
+    const double now = nsdf_cli_clock();
     a->draw_seconds = 0.8 * a->draw_seconds + 0.2 * fmin(now - began, 0.1);
     a->dirty = 0;
     if (another) {
@@ -425,16 +425,16 @@ static void turn(app *a, double now) {
 
 static void check_status(app *a) {
     const nsdf_status status = a->session.path ? play_queue_get_state(a->session.queue).status : NSDF_OK;
-    if (status != NSDF_OK && play_wall() >= a->message_until)
+    if (status != NSDF_OK && nsdf_cli_clock() >= a->message_until)
         say(a, nsdf_status_string(status));
 }
 
 static void run(app *a) {
-    const double began = play_wall();
+    const double began = nsdf_cli_clock();
     double message_until = 0.0;
     while (!a->quit && !glfwWindowShouldClose(a->window) && nsdf_cli_interrupts() == 0) {
         const play_frame *frame;
-        double now = play_wall();
+        double now = nsdf_cli_clock();
         if (a->options->exit_after > 0.0 && now - began > a->options->exit_after)
             break;
         if (message_until > 0.0 && now >= message_until)

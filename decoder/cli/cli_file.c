@@ -56,6 +56,11 @@ int nsdf_cli_interrupts(void) {
     return signals_so_far;
 }
 
+int nsdf_cli_is_interrupted(void *unused) {
+    (void)unused;
+    return nsdf_cli_interrupts() > 0;
+}
+
 static void block_signals(sigset_t *before) {
     sigset_t set;
     caught_set(&set);

@@ -8,12 +8,24 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <time.h>
 #include <unistd.h>
 
 /* A program has one name, one stderr and one verbosity; passing them through every call would say no more. */
 static const char *program_name = "nsdf";
 static int verbosity;
 static size_t progress_length; /* characters of the progress line on the screen */
+
+double nsdf_cli_clock(void) {
+    struct timespec now;
+    clock_gettime(CLOCK_MONOTONIC, &now);
+    return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
+}
+
+void nsdf_cli_get_error(const nsdf_decoder *decoder, nsdf_status status, nsdf_error *error) {
+    if (nsdf_get_error(decoder, error) != NSDF_OK || error->status != status)
+        *error = (nsdf_error){.status = status};
+}
 
 /* ---- Messages ---------------------------------------------------------------------------------------------- */
 

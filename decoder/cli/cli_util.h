@@ -34,6 +34,9 @@ int nsdf_cli_usage_error(const char *format, ...) NSDF_CLI_PRINTF(1, 2);
  * new, are left out. */
 void nsdf_cli_nsdf_error(const char *file, const nsdf_error *error);
 
+/* Fills *error with what a call on the handle that answered `status` left there. */
+void nsdf_cli_get_error(const nsdf_decoder *decoder, nsdf_status status, nsdf_error *error);
+
 /* A line that overwrites itself; shown on a terminal only, and not when quiet.  The other functions here end it. */
 void nsdf_cli_progress(const char *format, ...) NSDF_CLI_PRINTF(1, 2);
 
@@ -47,6 +50,11 @@ int nsdf_cli_parse_bytes(const char *text, uint64_t *out);
 /* "30", "29.97" or "60000/1001", positive, as an exact fraction in lowest terms. */
 int nsdf_cli_parse_rational(const char *text, uint32_t *num, uint32_t *den);
 
+/* ---- Time ---------------------------------------------------------------------------------------------------- */
+
+/* Seconds of a clock that only goes forward. */
+double nsdf_cli_clock(void);
+
 /* ---- Signals ----------------------------------------------------------------------------------------------- */
 
 /* From here on SIGINT, SIGTERM and SIGHUP are counted instead of ending the program.  At the third the handler
@@ -54,6 +62,8 @@ int nsdf_cli_parse_rational(const char *text, uint32_t *num, uint32_t *den);
 void nsdf_cli_catch_signals(void);
 /* Interrupts so far; SIGTERM and SIGHUP count as two, so that `>= 1` means "finish early" and `>= 2` "give up". */
 int nsdf_cli_interrupts(void);
+/* Whether there was any, as a cancel callback of the decoder. */
+int nsdf_cli_is_interrupted(void *unused);
 
 /* ---- Output files: written under a temporary name in the same folder, renamed when all is well --------------- */
 

@@ -2,19 +2,12 @@
 
 #include <stdio.h>
 #include <stdlib.h>
-#include <time.h>
 
 #include "cli_util.h"
 
 enum { OPENINGS = 5, MOST_FRAMES = 15, FIRST_RESOLUTION = 128, POINTS = 1 << 16 };
 
 static const double evaluate_for = 0.5; /* seconds */
-
-double dec_clock(void) {
-    struct timespec now;
-    clock_gettime(CLOCK_MONOTONIC, &now);
-    return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
-}
 
 static int compare_doubles(const void *a, const void *b) {
     const double x = *(const double *)a, y = *(const double *)b;
@@ -33,12 +26,12 @@ static nsdf_status bench_open(const char *path, const nsdf_decoder_options *opti
     for (int i = 0; i < OPENINGS; i++) {
         nsdf_decoder *decoder = NULL;
         nsdf_mesh *mesh = NULL;
-        const double start = dec_clock();
+        const double start = nsdf_cli_clock();
         nsdf_status status = nsdf_open_file(&decoder, path, options, NULL);
-        seconds[i] = dec_clock() - start;
+        seconds[i] = nsdf_cli_clock() - start;
         if (status == NSDF_OK)
             status = nsdf_extract_mesh(decoder, 0.0, mesh_options, &mesh);
-        first[i] = dec_clock() - start;
+        first[i] = nsdf_cli_clock() - start;
         nsdf_mesh_free(&mesh);
         nsdf_close(&decoder);
         if (status != NSDF_OK)
@@ -88,9 +81,9 @@ static nsdf_status bench_extract(nsdf_decoder *decoder, const nsdf_mesh_options 
     nsdf_mesh_view view;
     nsdf_status status = nsdf_extract_mesh(decoder, times->seconds[0], options, &mesh);
     for (uint32_t i = 0; i < count && status == NSDF_OK; i++) {
-        const double t = times->seconds[(uint64_t)i * times->count / count], start = dec_clock();
+        const double t = times->seconds[(uint64_t)i * times->count / count], start = nsdf_cli_clock();
         status = nsdf_extract_mesh(decoder, t, options, &mesh);
-        seconds[i] = dec_clock() - start;
+        seconds[i] = nsdf_cli_clock() - start;
         if (status == NSDF_OK)
             status = nsdf_mesh_get_view(mesh, &view);
         if (status == NSDF_OK)
@@ -121,12 +114,12 @@ static void place_points(const nsdf_info *info, float *xyz) {
 static nsdf_status bench_evaluate(nsdf_decoder *decoder, double t, const float *xyz, float *distance, float *gradient) {
     uint64_t points = 0;
     nsdf_status status = nsdf_evaluate(decoder, t, xyz, POINTS, distance, gradient);
-    const double start = dec_clock();
+    const double start = nsdf_cli_clock();
     double elapsed = 0;
     while (status == NSDF_OK && elapsed < evaluate_for && nsdf_cli_interrupts() == 0) {
         status = nsdf_evaluate(decoder, t, xyz, POINTS, distance, gradient);
         points += POINTS;
-        elapsed = dec_clock() - start;
+        elapsed = nsdf_cli_clock() - start;
     }
     if (status != NSDF_OK)
         return status;

@@ -4,9 +4,6 @@
 
 #include "dec_options.h"
 
-/* Seconds on a clock that only goes forward. */
-double dec_clock(void);
-
 /* NSDF_OK, or the status of the call that failed.  The times are those to extract at; of many, a few are used. */
 nsdf_status dec_bench_run(nsdf_decoder *decoder, const dec_options *options, const nsdf_decoder_options *open_options,
                           const nsdf_mesh_options *mesh_options, const nsdf_cli_times *times);

@@ -11,11 +11,6 @@
 #include "dec_output.h"
 #include "cli_times.h"
 
-static int is_interrupted(void *user) {
-    (void)user;
-    return nsdf_cli_interrupts() > 0;
-}
-
 static int print_error(const dec_options *options, const nsdf_error *error) {
     if (error->status == NSDF_LIMIT && error->message[0])
         nsdf_cli_error("%s: %s; see --max-memory", options->input, error->message);
@@ -31,10 +26,7 @@ static int report(const dec_options *options, const nsdf_decoder *decoder, nsdf_
         nsdf_cli_error("interrupted");
         return NSDF_CLI_FAILURE;
     }
-    if (nsdf_get_error(decoder, &error) != NSDF_OK || error.status != status) {
-        memset(&error, 0, sizeof error);
-        error.status = status;
-    }
+    nsdf_cli_get_error(decoder, status, &error);
     return print_error(options, &error);
 }
 
@@ -56,7 +48,7 @@ static void set_mesh_options(const dec_options *options, nsdf_mesh_options *out)
     out->projection = options->projection;
     out->dense = options->dense != 0;
     out->all_pieces = options->all_pieces != 0;
-    out->cancel = is_interrupted;
+    out->cancel = nsdf_cli_is_interrupted;
 }
 
 /* ---- Extraction -------------------------------------------------------------------------------------------- */
@@ -74,7 +66,7 @@ static int extract_frame(const dec_options *options, nsdf_decoder *decoder, dec_
     nsdf_status status = nsdf_extract_mesh(decoder, seconds, &mesh_options, mesh);
     if (status == NSDF_OK)
         status = nsdf_mesh_get_view(*mesh, &view);
-    if (status == NSDF_OK && is_interrupted(NULL))
+    if (status == NSDF_OK && nsdf_cli_interrupts() > 0)
         status = NSDF_CANCELLED;
     if (status != NSDF_OK)
         return report(options, decoder, status);
@@ -89,7 +81,7 @@ static int extract_frame(const dec_options *options, nsdf_decoder *decoder, dec_
 static void summarise(const dec_options *options, const nsdf_decoder *decoder, const dec_output *output,
                       const tally *t) {
     nsdf_info info;
-    const double elapsed = dec_clock() - t->started;
+    const double elapsed = nsdf_cli_clock() - t->started;
     if (t->empty > 0)
         nsdf_cli_warn("%lu of %lu frames have no surface, the first at %.9g s", (unsigned long)t->empty,
                       (unsigned long)t->frames, t->first_empty);
@@ -122,7 +114,7 @@ static double film_interval(const dec_options *options, const nsdf_decoder *deco
 static int extract_all(const dec_options *options, nsdf_decoder *decoder, dec_output *output,
                        const nsdf_cli_times *times) {
     nsdf_mesh *mesh = NULL;
-    tally t = {.started = dec_clock()};
+    tally t = {.started = nsdf_cli_clock()};
     int result = dec_output_check_count(output, times->count);
     for (uint32_t i = 0; i < times->count && result == NSDF_CLI_SUCCESS; i++) {
         nsdf_cli_progress("frame %lu of %lu", (unsigned long)i + 1, (unsigned long)times->count);

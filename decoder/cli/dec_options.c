@@ -108,17 +108,6 @@ static const struct option long_options[] = {
     {NULL, 0, NULL, 0},
 };
 
-static int bad_value(const char *option, const char *text, const char *expected) {
-    return nsdf_cli_usage_error("%s: '%s' is not %s", option, text, expected);
-}
-
-static int parse_count(const char *option, const char *text, uint32_t min, uint32_t max, uint32_t *out) {
-    if (nsdf_cli_parse_u32(text, min, max, out) == 0)
-        return NSDF_CLI_SUCCESS;
-    return nsdf_cli_usage_error("%s: '%s' is not a whole number from %lu to %lu", option, text, (unsigned long)min,
-                                (unsigned long)max);
-}
-
 static int parse_format(const char *text, dec_options *options) {
     static const char *const names[] = {"obj", "ply", "stl", "glb"};
     for (int i = 0; i < 4; i++) {
@@ -128,7 +117,7 @@ static int parse_format(const char *text, dec_options *options) {
         options->has_format = 1;
         return NSDF_CLI_SUCCESS;
     }
-    return bad_value("--format", text, "obj, ply, stl or glb");
+    return nsdf_cli_bad_value("--format", text, "obj, ply, stl or glb");
 }
 
 static int parse_cpu_mask(const char *text, uint32_t *mask) {
@@ -140,7 +129,7 @@ static int parse_cpu_mask(const char *text, uint32_t *mask) {
         return *mask = NSDF_CPU_AVX2 | NSDF_CPU_AVX512, NSDF_CLI_SUCCESS;
     if (nsdf_cli_parse_u32(text, 0, UINT32_MAX, mask) == 0)
         return NSDF_CLI_SUCCESS;
-    return bad_value("--cpu-mask", text, "c, avx2, avx512 or a number");
+    return nsdf_cli_bad_value("--cpu-mask", text, "c, avx2, avx512 or a number");
 }
 
 static int set_action(dec_options *options, dec_action action) {
@@ -158,11 +147,9 @@ static int set_value(int option, const char *text, dec_options *o) {
     case OPTION_FORMAT:
         return parse_format(text, o);
     case OPTION_START_NUMBER:
-        return parse_count("--start-number", text, 0, INT32_MAX, &o->start_number);
+        return nsdf_cli_take_count("--start-number", text, 0, INT32_MAX, &o->start_number);
     case OPTION_FPS:
-        if (nsdf_cli_parse_rational(text, &o->choice.rate_num, &o->choice.rate_den) == 0)
-            return NSDF_CLI_SUCCESS;
-        return bad_value("--fps", text, "a rate such as 50, 29.97 or 60000/1001");
+        return nsdf_cli_take_rate("--fps", text, &o->choice.rate_num, &o->choice.rate_den);
     case OPTION_FRAMES:
         o->choice.frames = text;
         return NSDF_CLI_SUCCESS;
@@ -170,17 +157,17 @@ static int set_value(int option, const char *text, dec_options *o) {
         o->choice.times = text;
         return NSDF_CLI_SUCCESS;
     case OPTION_RESOLUTION:
-        return parse_count("--resolution", text, MIN_RESOLUTION, MAX_RESOLUTION, &o->resolution);
+        return nsdf_cli_take_count("--resolution", text, MIN_RESOLUTION, MAX_RESOLUTION, &o->resolution);
     case OPTION_PROJECTION:
-        return parse_count("--projection", text, 0, MAX_PROJECTION, &o->projection);
+        return nsdf_cli_take_count("--projection", text, 0, MAX_PROJECTION, &o->projection);
     case OPTION_THREADS:
-        return parse_count("--threads", text, 0, MAX_THREADS, &o->threads);
+        return nsdf_cli_take_count("--threads", text, 0, MAX_THREADS, &o->threads);
     case OPTION_CPU_MASK:
         return parse_cpu_mask(text, &o->cpu_mask);
     default: /* OPTION_MAX_MEMORY */
         if (nsdf_cli_parse_bytes(text, &o->max_memory) == 0 && o->max_memory > 0)
             return NSDF_CLI_SUCCESS;
-        return bad_value("--max-memory", text, "a number of bytes such as 500M");
+        return nsdf_cli_bad_value("--max-memory", text, "a number of bytes such as 500M");
     }
 }
 
@@ -211,13 +198,6 @@ static int set_flag(int option, dec_options *o) {
         nsdf_cli_set_verbosity(nsdf_cli_verbosity() < 0 ? 1 : nsdf_cli_verbosity() + 1);
         return NSDF_CLI_SUCCESS;
     }
-}
-
-static int takes_value(int option) {
-    for (const struct option *o = long_options; o->name; o++)
-        if (o->val == option)
-            return o->has_arg == required_argument;
-    return 0;
 }
 
 static int check(dec_options *o) {
@@ -252,7 +232,8 @@ int dec_options_parse(int argc, char **argv, dec_options *options) {
                 printf("nsdf-dec %s\n", nsdf_version_string());
             return NSDF_CLI_SUCCESS;
         }
-        const int result = takes_value(option) ? set_value(option, optarg, options) : set_flag(option, options);
+        const int result =
+            nsdf_cli_takes_value(option, long_options) ? set_value(option, optarg, options) : set_flag(option, options);
         if (result != NSDF_CLI_SUCCESS)
             return result;
     }

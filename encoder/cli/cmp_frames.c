@@ -123,19 +123,13 @@ static int copy_positions(cmp_frames *frames, const nsdf_mesh_view *view) {
     return NSDF_CLI_SUCCESS;
 }
 
-static int is_interrupted(void *unused) {
-    (void)unused;
-    return nsdf_cli_interrupts() > 0;
-}
-
 static int report_decoder(const cmp_frames *frames, const cmp_options *o, nsdf_status status) {
     nsdf_error error;
+    nsdf_cli_get_error(frames->decoder, status, &error);
     if (status == NSDF_CANCELLED)
         nsdf_cli_error("interrupted: nothing was written");
-    else if (nsdf_get_error(frames->decoder, &error) == NSDF_OK && error.status == status)
-        nsdf_cli_nsdf_error(o->decoded, &error);
     else
-        nsdf_cli_error("%s: %s", o->decoded, nsdf_status_string(status));
+        nsdf_cli_nsdf_error(o->decoded, &error);
     return NSDF_CLI_FAILURE;
 }
 
@@ -146,7 +140,7 @@ static int decode(cmp_frames *frames, const cmp_options *o, uint32_t frame, nsdf
     nsdf_mesh_options_init(&options);
     options.resolution = o->resolution;
     options.normals = 0;
-    options.cancel = is_interrupted;
+    options.cancel = nsdf_cli_is_interrupted;
     nsdf_status status = nsdf_frame_time(frames->decoder, frame, &seconds);
     if (status == NSDF_OK)
         status = nsdf_extract_mesh(frames->decoder, seconds, &options, &frames->mesh);

@@ -1,11 +1,11 @@
 #include "cmp_heatmap.h"
 
-#include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <strings.h>
 
+#include "cli_heat.h"
 #include "cli_util.h"
 
 int cmp_heatmap_prepare(const char *name, uint32_t count, nsdf_cli_pattern *pattern) {
@@ -20,19 +20,6 @@ int cmp_heatmap_prepare(const char *name, uint32_t count, nsdf_cli_pattern *patt
 }
 
 /* ---- Contents ------------------------------------------------------------------------------------------- */
-
-/* Nine evenly spaced colours of viridis (van der Walt and Smith 2015, CC0), from dark violet over green to yellow:
- * equal steps of distance look like equal steps of colour, and keep their order in grey. */
-static const uint8_t ramp[][3] = {{68, 1, 84},    {71, 45, 123}, {59, 82, 139},  {44, 114, 142}, {33, 144, 140},
-                                  {39, 173, 129}, {93, 200, 99}, {170, 220, 50}, {253, 231, 37}};
-enum { RAMP_STEPS = sizeof ramp / sizeof *ramp - 1 };
-
-static void colour_of(double share, uint8_t rgb[3]) {
-    const double at = RAMP_STEPS * (share < 0.0 ? 0.0 : share > 1.0 ? 1.0 : share);
-    const int step = at >= RAMP_STEPS ? RAMP_STEPS - 1 : (int)at;
-    for (int k = 0; k < 3; k++)
-        rgb[k] = (uint8_t)lround(ramp[step][k] + (at - step) * (ramp[step + 1][k] - ramp[step][k]));
-}
 
 static void put_u32(uint8_t *to, uint32_t v) {
     for (int i = 0; i < 4; i++)
@@ -58,7 +45,7 @@ static void write_contents(nsdf_cli_file *file, const nsdf_input_mesh *mesh, con
         uint8_t vertex[15];
         for (size_t k = 0; k < 3; k++)
             put_f32(vertex + 4 * k, (float)mesh->positions[3 * i + k]);
-        colour_of(distance[i] / top, vertex + 12);
+        nsdf_cli_heat_colour(distance[i] / top, vertex + 12);
         (void)nsdf_cli_file_write(file, vertex, sizeof vertex);
     }
     for (size_t i = 0; i < mesh->triangle_count; i++) {

@@ -4,7 +4,6 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <time.h>
 
 #include "cli_util.h"
 #include "cmp_frames.h"
@@ -25,12 +24,6 @@ typedef struct session {
     double *vertex_distance;      /* of the decoded mesh at hand, for the heat map */
     double diagonal, peak;        /* world units */
 } session;
-
-static double seconds_now(void) {
-    struct timespec now;
-    clock_gettime(CLOCK_MONOTONIC, &now);
-    return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
-}
 
 static int out_of_memory(void) {
     nsdf_cli_error("out of memory");
@@ -98,10 +91,10 @@ static void tell_frame(const session *s, uint32_t i) {
 
 static int compare_all(session *s) {
     const uint32_t count = s->frames.chosen.count;
-    const double began = seconds_now();
+    const double began = nsdf_cli_clock();
     int result = NSDF_CLI_SUCCESS;
     for (uint32_t i = 0; i < count && result == NSDF_CLI_SUCCESS; i++) {
-        const double spent = seconds_now() - began;
+        const double spent = nsdf_cli_clock() - began;
         if (i == 0)
             nsdf_cli_progress("frame 1 of %lu", (unsigned long)count);
         else

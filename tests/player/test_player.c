@@ -8,6 +8,7 @@
 #include <string.h>
 #include <time.h>
 
+#include "cli_util.h"
 #include "camera.h"
 #include "frame_queue.h"
 #include "heat.h"
@@ -217,12 +218,12 @@ static nsdf_decoder *open_walker(nsdf_info *info) {
 }
 
 static const play_frame *wait_for(play_queue *q, uint64_t after, double seconds) {
-    const double until = play_wall() + seconds;
+    const double until = nsdf_cli_clock() + seconds;
     for (;;) {
-        const play_frame *f = play_queue_take(q, play_wall());
+        const play_frame *f = play_queue_take(q, nsdf_cli_clock());
         if (f && f->number > after)
             return f;
-        if (play_wall() > until)
+        if (nsdf_cli_clock() > until)
             return NULL;
         sleep_for(0.001);
     }
@@ -251,8 +252,8 @@ static void test_frames_are_those_of_the_clock(void **state) {
     nsdf_decoder *decoder = open_walker(&info);
     play_plan plan = {.clock = play_clock_make(info.duration, 0.04), .rate = 50.0, .resolution = 24, .most = 48};
     (void)state;
-    play_clock_set_speed(&plan.clock, play_wall(), 0.125);
-    play_clock_play(&plan.clock, play_wall());
+    play_clock_set_speed(&plan.clock, nsdf_cli_clock(), 0.125);
+    play_clock_play(&plan.clock, nsdf_cli_clock());
     play_queue *q = play_queue_create(decoder, &plan);
     assert_non_null(q);
     uint64_t number = 0;
@@ -262,7 +263,7 @@ static void test_frames_are_those_of_the_clock(void **state) {
         assert_non_null(f);
         assert_true(f->time > before); /* slow motion: new surfaces every time */
         assert_true(fabs(f->time - play_clock_time(&plan.clock, f->due)) < 1e-9);
-        assert_true(f->due <= play_wall());
+        assert_true(f->due <= nsdf_cli_clock());
         assert_true(i % 4 || is_surface_of(f));
         before = f->time;
         number = f->number;
@@ -284,7 +285,7 @@ static void test_a_standing_clock_gets_one_good_frame(void **state) {
     uint64_t number = f->number;
     assert_null(wait_for(q, number, 0.05)); /* and no more */
     for (int i = 1; i < 5; i++) {
-        play_clock_seek(&plan.clock, play_wall(), 0.3 * i);
+        play_clock_seek(&plan.clock, nsdf_cli_clock(), 0.3 * i);
         play_queue_set_plan(q, &plan);
         f = wait_for(q, number, 2.0);
         assert_true(f && fabs(f->time - 0.3 * i) < 1e-12);
@@ -302,7 +303,7 @@ static void test_plans_may_change_at_any_moment(void **state) {
     (void)state;
     play_queue *q = play_queue_create(decoder, &plan);
     for (int i = 0; i < 60; i++) {
-        const double now = play_wall();
+        const double now = nsdf_cli_clock();
         if (i % 3 == 0)
             play_clock_seek(&plan.clock, now, 0.05 * (i % 30));
         if (i % 5 == 0)
@@ -312,7 +313,7 @@ static void test_plans_may_change_at_any_moment(void **state) {
         plan.resolution = i % 2 ? 0 : 16 + (uint32_t)i;
         play_queue_set_plan(q, &plan);
         sleep_for(0.002 * (i % 4));
-        const play_frame *f = play_queue_take(q, play_wall());
+        const play_frame *f = play_queue_take(q, nsdf_cli_clock());
         assert_true(!f || f->view.vertex_count > 0);
     }
     assert_int_equal(play_queue_get_state(q).status, NSDF_OK);
