@@ -131,6 +131,13 @@ static void fill_quality(const nsdf_quality_record *from, nsdf_quality *to) {
     to->frames = from->frames;
 }
 
+static float least_piece(const nsdf_stream *stream) {
+    float least = stream->entries[0].smallest_piece;
+    for (uint32_t i = 1; i < stream->header.segment_count; i++)
+        least = stream->entries[i].smallest_piece < least ? stream->entries[i].smallest_piece : least;
+    return least;
+}
+
 static void fill_geometry(const nsdf_file_header *header, nsdf_info *info) {
     for (int axis = 0; axis < 3; axis++) {
         info->box_min[axis] = header->box_min[axis];
@@ -141,7 +148,6 @@ static void fill_geometry(const nsdf_file_header *header, nsdf_info *info) {
     info->diagonal = header->scale;
     info->default_resolution = header->default_resolution;
     info->extraction_bound = (double)header->extraction_bound;
-    info->smallest_piece = (double)header->smallest_piece * header->scale;
 }
 
 /* The sum over all segments, or 0 while one of them is unknown. */
@@ -183,6 +189,7 @@ nsdf_status nsdf_get_info(const nsdf_decoder *decoder, nsdf_info *info) {
     info->duration = nsdf_stream_duration(stream);
     info->segment_count = stream->header.segment_count;
     fill_geometry(&stream->header, info);
+    info->smallest_piece = (double)least_piece(stream) * stream->header.scale;
     info->parameter_count = known_parameters(decoder);
     info->parameter_hash = combined_hash(stream);
     fill_quality(&stream->quality, &info->quality);
@@ -236,6 +243,8 @@ nsdf_status nsdf_get_segment_info(nsdf_decoder *decoder, uint32_t index, nsdf_se
     memset(info, 0, sizeof *info);
     info->start = nsdf_stream_frame_time(&decoder->stream, entry->first_frame);
     info->end = nsdf_stream_frame_time(&decoder->stream, entry->last_frame);
+    info->fade = nsdf_stream_frame_time(&decoder->stream, entry->fade);
+    info->smallest_piece = (double)entry->smallest_piece * decoder->stream.header.scale;
     info->offset = entry->offset;
     info->size = entry->size;
     info->parameter_count = segment->parameter_count;

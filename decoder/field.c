@@ -32,10 +32,27 @@ static void gather(size_t from, size_t count, const float *const xyz[3], float *
     }
 }
 
+/* The sum over the parts of a segment; slope may be NULL.  Both hold what is added to. */
+static void add_segment(const nsdf_segment *segment, const nsdf_segment_field *field, float *scratch, const float *tile,
+                        float *sum, float *slope) {
+    for (uint32_t i = 0; i < segment->part_count; i++)
+        add_part(&segment->parts[i], field, scratch, tile, sum, slope);
+}
+
+/* Makes the first segment's tile that of a cross-fade.  Between fields that agree about what is inside, as those of
+ * neighbouring segments do but for their errors, the mixed surface lies between the two. */
+static void mix_second(const nsdf_segment_field *field, float *scratch, const float *tile, float *sum, float *slope) {
+    float value[NSDF_TILE] = {0.0f}, gradient[3 * NSDF_TILE] = {0.0f};
+    add_segment(field->segments[1], field, scratch, tile, value, slope ? gradient : NULL);
+    for (int p = 0; p < NSDF_TILE; p++)
+        sum[p] = field->share[0] * sum[p] + field->share[1] * value[p];
+    for (int p = 0; slope && p < 3 * NSDF_TILE; p++)
+        slope[p] = field->share[0] * slope[p] + field->share[1] * gradient[p];
+}
+
 void nsdf_segment_field_evaluate(void *user, uint32_t worker, size_t count, const float *const xyz[3], float *value,
                                  float *const grad[3]) {
     const nsdf_segment_field *field = user;
-    const nsdf_segment *segment = field->segment;
     /* A segment of blocks only has no scratch. */
     float *scratch = field->scratch ? field->scratch + worker * field->scratch_stride : NULL;
     const int wants_gradient = grad && grad[0];
@@ -43,8 +60,9 @@ void nsdf_segment_field_evaluate(void *user, uint32_t worker, size_t count, cons
         const size_t n = count - from < NSDF_TILE ? count - from : NSDF_TILE;
         float tile[3 * NSDF_TILE], sum[NSDF_TILE] = {0.0f}, slope[3 * NSDF_TILE] = {0.0f};
         gather(from, n, xyz, tile);
-        for (uint32_t i = 0; i < segment->part_count; i++)
-            add_part(&segment->parts[i], field, scratch, tile, sum, wants_gradient ? slope : NULL);
+        add_segment(field->segments[0], field, scratch, tile, sum, wants_gradient ? slope : NULL);
+        if (field->segments[1])
+            mix_second(field, scratch, tile, sum, wants_gradient ? slope : NULL);
         memcpy(value + from, sum, n * sizeof *value);
         for (int axis = 0; wants_gradient && axis < 3; axis++)
             memcpy(grad[axis] + from, slope + axis * NSDF_TILE, n * sizeof *value);
@@ -58,13 +76,15 @@ void nsdf_segment_field_measure(void *user, uint32_t worker, size_t count, const
         const size_t n = count - from < NSDF_TILE ? count - from : NSDF_TILE;
         float tile[3 * NSDF_TILE];
         gather(from, n, xyz, tile);
-        nsdf_blocks_measure(&field->segment->parts[0].at.blocks, field->block_kernels, n, NSDF_TILE, tile,
+        nsdf_blocks_measure(&field->segments[0]->parts[0].at.blocks, field->block_kernels, n, NSDF_TILE, tile,
                             value + from);
     }
 }
 
 nsdf_field nsdf_segment_field_view(nsdf_segment_field *field) {
-    const int blocks_alone = field->segment->part_count == 1 && field->segment->parts[0].kind == NSDF_PART_BLOCKS;
+    const nsdf_segment *first = field->segments[0];
+    /* What is quicker than evaluation gives no signs, which a mix needs. */
+    const int blocks_alone = !field->segments[1] && first->part_count == 1 && first->parts[0].kind == NSDF_PART_BLOCKS;
     nsdf_field view = {field, nsdf_segment_field_evaluate, blocks_alone ? nsdf_segment_field_measure : NULL};
     return view;
 }

@@ -15,6 +15,7 @@ struct nsdf_decoder {
     nsdf_segment_cache cache;
     uint64_t *parameter_counts; /* of each segment; 0 = not loaded yet */
     nsdf_segment_field field;   /* at the time prepared last */
+    float smallest_piece;       /* then, normalised */
     uint64_t scratch_floats;    /* room in field.scratch */
     nsdf_mesher *mesher;        /* made at the first extraction */
     nsdf_mesh_storage into;     /* for nsdf_extract_mesh_into */
@@ -26,15 +27,16 @@ struct nsdf_decoder {
 /* NSDF_INVALID_ARGUMENT with a message in the handle's error. */
 nsdf_status nsdf_handle_invalid(nsdf_decoder *decoder, const char *message);
 
-/* Loads the segment that holds time t and composes it: decoder->field is ready.  Checks t. */
+/* Loads the segment that holds time t, or the two of a cross-fade, and composes them: decoder->field and
+ * decoder->smallest_piece are ready.  Checks t. */
 nsdf_status nsdf_handle_prepare(nsdf_decoder *decoder, double t);
 
 /* The loaded segment. */
 nsdf_status nsdf_handle_segment(nsdf_decoder *decoder, uint32_t index, nsdf_segment **segment);
 
-/* Frees what is kept for speed only: the mesher's scratch memory and the segments other than `keep` (NULL = all of
+/* Frees what is kept for speed only: the mesher's scratch memory and the segments other than those two (NULL = all of
  * them, and the workers' scratch memory).  Called before giving up with NSDF_LIMIT, so that a result never depends on
  * what was decoded before. */
-void nsdf_handle_trim(nsdf_decoder *decoder, const nsdf_segment *keep);
+void nsdf_handle_trim(nsdf_decoder *decoder, const nsdf_segment *const keep[2]);
 
 #endif

@@ -23,7 +23,7 @@ static nsdf_status fill_job(nsdf_decoder *decoder, const nsdf_mesh_options *opti
     job->scale = header->scale;
     job->bound = header->extraction_bound;
     job->dense = options->dense != 0;
-    job->smallest_piece = options->all_pieces ? 0.0f : header->smallest_piece;
+    job->smallest_piece = options->all_pieces ? 0.0f : decoder->smallest_piece;
     job->normals = options->normals != 0;
     job->projection = options->projection;
     job->cancel = options->cancel;
@@ -71,7 +71,7 @@ static nsdf_status extract(nsdf_decoder *decoder, double t, const nsdf_mesh_opti
     status = run_mesher(decoder, &job, memory, storage);
     if (status == NSDF_LIMIT) {
         nsdf_mesh_storage_free(memory, storage);
-        nsdf_handle_trim(decoder, decoder->field.segment);
+        nsdf_handle_trim(decoder, decoder->field.segments);
         status = run_mesher(decoder, &job, memory, storage);
     }
     if (status != NSDF_OK)

@@ -56,10 +56,11 @@ typedef struct nsdf_segment_cache {
     uint64_t clock;
 } nsdf_segment_cache;
 
-/* The loaded segment, from the cache if it is there.  Valid until the next call that changes the cache. */
+/* The loaded segment, from the cache if it is there.  Valid until the cache is cleared or NSDF_CACHE_SLOTS - 1 other
+ * segments were asked for. */
 nsdf_status nsdf_cache_get(nsdf_segment_cache *cache, const nsdf_stream *stream, nsdf_memory *memory, uint32_t index,
                            nsdf_segment **segment, nsdf_error *error);
-/* Frees all loaded segments but `keep` (NULL = all). */
-void nsdf_cache_clear(nsdf_segment_cache *cache, nsdf_memory *memory, const nsdf_segment *keep);
+/* Frees all loaded segments but those two (NULL = all). */
+void nsdf_cache_clear(nsdf_segment_cache *cache, nsdf_memory *memory, const nsdf_segment *const keep[2]);
 
 #endif

@@ -38,8 +38,8 @@ nsdf_status nsdf_cache_get(nsdf_segment_cache *cache, const nsdf_stream *stream,
     return NSDF_OK;
 }
 
-void nsdf_cache_clear(nsdf_segment_cache *cache, nsdf_memory *memory, const nsdf_segment *keep) {
+void nsdf_cache_clear(nsdf_segment_cache *cache, nsdf_memory *memory, const nsdf_segment *const keep[2]) {
     for (uint32_t i = 0; i < NSDF_CACHE_SLOTS; i++)
-        if (&cache->slots[i].segment != keep)
+        if (!keep || (&cache->slots[i].segment != keep[0] && &cache->slots[i].segment != keep[1]))
             free_slot(cache, memory, i);
 }

@@ -44,8 +44,17 @@ void nsdf_chunk_free(nsdf_memory *memory, nsdf_chunk *chunk);
 /* Time of a nominal frame in seconds, rounded once as long as index * rate_den < 2^53. */
 double nsdf_stream_frame_time(const nsdf_stream *stream, uint32_t index);
 double nsdf_stream_duration(const nsdf_stream *stream);
-/* The segment that holds time t in [0, duration], and where in it, 0 to 1.  A segment holds its first frame but not its
- * last; the last segment holds both. */
-uint32_t nsdf_stream_find(const nsdf_stream *stream, double t, double *u);
+
+/* Where a time lies: in one segment, or in the cross-fade from one to the next. */
+typedef struct nsdf_place {
+    uint32_t first;  /* segment */
+    uint32_t count;  /* 1, or 2 in a cross-fade: `first` and the one behind it */
+    double u[2];     /* where in the models' time, 0 to 1 */
+    double share[2]; /* of the models in the field; sum 1 */
+} nsdf_place;
+
+/* The place of time t in [0, duration].  A segment holds its first frame but not its last; the last segment holds
+ * both. */
+nsdf_place nsdf_stream_find(const nsdf_stream *stream, double t);
 
 #endif

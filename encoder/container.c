@@ -21,12 +21,15 @@ int nsdf_code_segment(nsdf_model *model, const float *parameters, nsdf_coded_seg
     return segment->payload.failed ? -1 : result;
 }
 
-int nsdf_assemble_file(const nsdf_file_header *header, const nsdf_coded_segment *segment,
+int nsdf_assemble_file(const nsdf_file_header *header, const nsdf_index_entry *entry, const nsdf_coded_segment *segment,
                        const nsdf_quality_record *quality, nsdf_buffer *file) {
     nsdf_buffer metadata = {NULL, 0, 0, 0};
-    nsdf_index_entry entry = {0, header->frame_count - 1, 0, 0, segment->hash};
+    nsdf_index_entry only = *entry;
+    only.first_frame = only.fade = 0;
+    only.last_frame = header->frame_count - 1;
+    only.parameter_hash = segment->hash;
     nsdf_write_metadata(&metadata, "encoder", "nsdf");
-    nsdf_file_parts parts = {*header, &segment->payload, &entry, &metadata, quality};
+    nsdf_file_parts parts = {*header, &segment->payload, &only, &metadata, quality};
     file->size = 0;
     int result = metadata.failed ? -1 : nsdf_write_file(file, &parts);
     nsdf_buffer_free(&metadata);

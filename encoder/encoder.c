@@ -35,13 +35,14 @@ struct nsdf_encoder {
     nsdf_encoder_stats stats;
     /* The fitted network, for nsdf_encoder_recode. */
     nsdf_file_header header;
+    nsdf_index_entry entry; /* lead, trail and smallest_piece */
     nsdf_model model;
     float *parameters;
     nsdf_block_model blocks; /* instead of the network, if it has values */
     /* What was measured last, and the hash of the decoded parameters that it was measured with. */
     int measured;
     uint64_t measured_hash;
-    float measured_piece; /* header.smallest_piece then */
+    float measured_piece; /* entry.smallest_piece then */
     nsdf_quality_record quality;
     nsdf_checkpoint checkpoint; /* of the main fit */
 };
@@ -242,9 +243,9 @@ static int has_target(const run *r) {
 
 static nsdf_status fit_to_target(run *r) {
     nsdf_encoder *e = r->encoder;
-    const nsdf_rate_job job = {fit_job(r), r->size, &e->stats};
+    const nsdf_rate_job job = {fit_job(r), r->size, &e->entry, &e->stats};
     nsdf_status status = NSDF_NO_MEMORY;
-    e->header.smallest_piece = smallest_piece(r); /* errors are measured without specks */
+    e->entry.smallest_piece = smallest_piece(r); /* errors are measured without specks */
     if (uses_blocks(r))
         r->rate_blocks = nsdf_rate_blocks_create(&job);
     else
@@ -274,17 +275,17 @@ static nsdf_status code(run *r) {
     const nsdf_encoder_options *o = &r->encoder->options;
     nsdf_quantise_params quantise = {o->weight_bits, 1};
     r->segment.payload.size = 0;
-    r->encoder->header.smallest_piece = smallest_piece(r);
+    r->encoder->entry.smallest_piece = smallest_piece(r);
     if (r->encoder->blocks.values) {
         if (nsdf_code_blocks(&r->encoder->blocks, &r->segment) == 0 &&
-            nsdf_assemble_file(&r->encoder->header, &r->segment, NULL, &r->encoder->file) == 0)
+            nsdf_assemble_file(&r->encoder->header, &r->encoder->entry, &r->segment, NULL, &r->encoder->file) == 0)
             return NSDF_OK;
         return nsdf_encoder_fail(r->error, NSDF_INTERNAL, "the blocks cannot be coded");
     }
     if (!o->quantise_aware)
         nsdf_choose_quantisers(&r->encoder->model, &quantise, r->encoder->parameters);
     if (nsdf_code_segment(&r->encoder->model, r->encoder->parameters, &r->segment) != 0 ||
-        nsdf_assemble_file(&r->encoder->header, &r->segment, NULL, &r->encoder->file) != 0)
+        nsdf_assemble_file(&r->encoder->header, &r->encoder->entry, &r->segment, NULL, &r->encoder->file) != 0)
         return nsdf_encoder_fail(r->error, NSDF_INTERNAL, "the parameters cannot be coded");
     return NSDF_OK;
 }
@@ -297,19 +298,19 @@ static void copy_quality(const nsdf_quality_record *q, nsdf_quality *out) {
 
 static nsdf_status assemble(run *r, const nsdf_quality_record *quality) {
     nsdf_encoder *e = r->encoder;
-    if (nsdf_assemble_file(&e->header, &r->segment, quality, &e->file) != 0)
+    if (nsdf_assemble_file(&e->header, &e->entry, &r->segment, quality, &e->file) != 0)
         return nsdf_encoder_fail(r->error, NSDF_NO_MEMORY, "out of memory");
     return NSDF_OK;
 }
 
 /* Pieces astray that are smaller than all true ones, and than the input's, can be left out as specks.  Whether that is
- * so, and the header says it now. */
+ * so, and the entry says it now. */
 static int can_leave_out(run *r, const nsdf_piece_report *pieces) {
     const float size = pieces->largest_stray * speck_margin;
     const float most = fminf(pieces->smallest_true, true_share * nsdf_frames_smallest_piece(&r->encoder->frames));
     if (r->encoder->options.smallest_piece >= 0.0 || pieces->stray == 0 || !(size < most))
         return 0;
-    r->encoder->header.smallest_piece = size;
+    r->encoder->entry.smallest_piece = size;
     return 1;
 }
 
@@ -349,7 +350,7 @@ static nsdf_status measure(run *r, double *seconds_bound) {
         status = verify(r, &job);
     e->measured = status == NSDF_OK;
     e->measured_hash = r->segment.hash;
-    e->measured_piece = e->header.smallest_piece;
+    e->measured_piece = e->entry.smallest_piece;
     return status;
 }
 
@@ -360,7 +361,7 @@ static nsdf_status check(run *r, double *seconds_bound) {
     if (!e->measured || e->measured_hash != r->segment.hash)
         status = measure(r, seconds_bound);
     else
-        e->header.smallest_piece = e->measured_piece;
+        e->entry.smallest_piece = e->measured_piece;
     if (status == NSDF_OK && e->options.verify) {
         copy_quality(&e->quality, &e->stats.quality);
         status = assemble(r, &e->quality);

@@ -19,7 +19,7 @@ int nsdf_rate_make_file(const nsdf_rate_job *job, const nsdf_coded_segment *segm
     const nsdf_quality_record none = {0};
     nsdf_file_header header = *job->fit.header;
     header.extraction_bound = safe_bound;
-    return nsdf_assemble_file(&header, segment, job->fit.options->verify ? &none : NULL, file);
+    return nsdf_assemble_file(&header, job->entry, segment, job->fit.options->verify ? &none : NULL, file);
 }
 
 nsdf_status nsdf_rate_quick_error(const nsdf_rate_job *job, const nsdf_buffer *file, double *mean,

@@ -33,7 +33,7 @@ nsdf_parse nsdf_read_preamble(const uint8_t *data, size_t size, nsdf_version_fie
         nsdf_cursor_fail(&c, NSDF_PARSE_CHECKSUM, 12, "the CRC-32 of the preamble does not match");
     /* While major is 0 the bitstream is not frozen: minor versions differ without notice. */
     if (c.status == NSDF_PARSE_OK && found.minor != NSDF_FORMAT_MINOR)
-        nsdf_cursor_fail(&c, NSDF_PARSE_VERSION, 10, "a minor version other than 5, while the format is not frozen");
+        nsdf_cursor_fail(&c, NSDF_PARSE_VERSION, 10, "a minor version other than 6, while the format is not frozen");
     return nsdf_cursor_finish(&c, fault);
 }
 
@@ -123,31 +123,53 @@ nsdf_parse nsdf_read_header(const uint8_t *payload, size_t size, nsdf_file_heade
     h.extraction_bound = nsdf_take_f32(&c);
     nsdf_cursor_expect(&c, h.extraction_bound > 0.0f && h.extraction_bound <= 1e6f, c.at - 4,
                        "extraction bound not above 0 and at most 1e6");
-    h.smallest_piece = nsdf_take_f32(&c);
-    nsdf_cursor_expect(&c, h.smallest_piece >= 0.0f && h.smallest_piece <= 64.0f, c.at - 4,
-                       "smallest piece outside 0 to 64");
     if (c.status == NSDF_PARSE_OK)
         *header = h;
     return nsdf_cursor_finish(&c, fault);
 }
 
-/* Reads one entry; `frame` and `end` are the last frame and the end of the entry before. */
-static void read_index_entry(nsdf_cursor *c, const nsdf_file_header *header, uint64_t file_size, uint32_t frame,
-                             uint64_t end, nsdf_index_entry *e) {
-    size_t at = c->at;
+/* Whether a cross-fade leaves the segments on its two sides what they need: models that reach over it, and no two
+ * cross-fades at one time. */
+static int fade_fits(const nsdf_index_entry *before, const nsdf_index_entry *e) {
+    if (!before)
+        return e->fade == 0;
+    return e->fade <= e->lead && e->fade <= before->trail && e->fade <= e->last_frame - e->first_frame &&
+           (uint64_t)before->fade + e->fade <= before->last_frame - before->first_frame;
+}
+
+static void read_span(nsdf_cursor *c, const nsdf_file_header *header, const nsdf_index_entry *before,
+                      nsdf_index_entry *e) {
+    const size_t at = c->at;
+    const uint32_t frame = before ? before->last_frame : 0;
     e->first_frame = nsdf_take_u32(c);
     e->last_frame = nsdf_take_u32(c);
-    e->offset = nsdf_take_u64(c);
-    e->size = nsdf_take_u64(c);
-    e->parameter_hash = nsdf_take_u64(c);
-    int ascends = e->last_frame > e->first_frame || header->frame_count == 1;
+    e->lead = nsdf_take_u32(c);
+    e->trail = nsdf_take_u32(c);
+    e->fade = nsdf_take_u32(c);
+    e->smallest_piece = nsdf_take_f32(c);
+    const int ascends = e->last_frame > e->first_frame || header->frame_count == 1;
     nsdf_cursor_expect(c, e->first_frame == frame, at, "segment that does not begin where the one before ends");
     nsdf_cursor_expect(c, ascends && e->last_frame < header->frame_count, at + 4,
                        "segment whose last frame is not above its first or not below the frame count");
-    nsdf_cursor_expect(c, e->offset >= end, at + 8, "segment offset inside what lies before it");
-    nsdf_cursor_expect(c, e->offset <= file_size && e->size <= file_size - e->offset, at + 16,
+    nsdf_cursor_expect(c, e->lead <= INT32_MAX, at + 8, "lead above 2^31 - 1");
+    nsdf_cursor_expect(c, e->trail <= INT32_MAX, at + 12, "trail above 2^31 - 1");
+    nsdf_cursor_expect(c, fade_fits(before, e), at + 16, "cross-fade longer than the segments on its sides allow");
+    nsdf_cursor_expect(c, e->smallest_piece >= 0.0f && e->smallest_piece <= 64.0f, at + 20,
+                       "smallest piece outside 0 to 64");
+}
+
+/* Reads one entry; `before` is the one before, NULL for the first; `end` is where its chunk ends. */
+static void read_index_entry(nsdf_cursor *c, const nsdf_file_header *header, uint64_t file_size,
+                             const nsdf_index_entry *before, uint64_t end, nsdf_index_entry *e) {
+    read_span(c, header, before, e);
+    const size_t at = c->at;
+    e->offset = nsdf_take_u64(c);
+    e->size = nsdf_take_u64(c);
+    e->parameter_hash = nsdf_take_u64(c);
+    nsdf_cursor_expect(c, e->offset >= end, at, "segment offset inside what lies before it");
+    nsdf_cursor_expect(c, e->offset <= file_size && e->size <= file_size - e->offset, at + 8,
                        "segment that ends behind the end of the file");
-    nsdf_cursor_expect(c, e->size >= NSDF_CHUNK_OVERHEAD, at + 16, "segment size too small for a chunk");
+    nsdf_cursor_expect(c, e->size >= NSDF_CHUNK_OVERHEAD, at + 8, "segment size too small for a chunk");
 }
 
 nsdf_parse nsdf_read_index(const uint8_t *payload, size_t size, const nsdf_file_header *header,
@@ -160,13 +182,13 @@ nsdf_parse nsdf_read_index(const uint8_t *payload, size_t size, const nsdf_file_
                        "file size too small for the chunks that every file has, or above 2^63 - 1");
     if (c.status == NSDF_PARSE_OK)
         room = total - NSDF_CHUNK_OVERHEAD; /* ENDF stands behind the last segment */
-    uint32_t frame = 0;
+    const nsdf_index_entry *before = NULL;
     for (uint32_t i = 0; i < header->segment_count && c.status == NSDF_PARSE_OK; i++) {
-        read_index_entry(&c, header, room, frame, end, &entries[i]);
-        frame = entries[i].last_frame;
-        end = entries[i].offset + entries[i].size;
+        read_index_entry(&c, header, room, before, end, &entries[i]);
+        before = &entries[i];
+        end = before->offset + before->size;
     }
-    nsdf_cursor_expect(&c, frame == header->frame_count - 1, c.at - NSDF_INDEX_ENTRY_SIZE + 4,
+    nsdf_cursor_expect(&c, before && before->last_frame == header->frame_count - 1, c.at - NSDF_INDEX_ENTRY_SIZE + 4,
                        "last segment that does not end on the last frame");
     if (c.status == NSDF_PARSE_OK)
         *file_size = total;

@@ -48,8 +48,8 @@ nsdf_parse nsdf_check_chunk(const uint8_t *chunk, const nsdf_chunk_header *heade
 nsdf_parse nsdf_read_header(const uint8_t *payload, size_t size, nsdf_file_header *header, nsdf_fault *fault);
 
 /* INDX's payload: fills entries[header->segment_count], checks that segments are in order, cover frames 0 to
- * frame_count - 1, share their end frames, and that offsets ascend without overlap below *file_size, which is
- * stored in front of the entries and filled in. */
+ * frame_count - 1, share their end frames, that cross-fades fit, and that offsets ascend without overlap below
+ * *file_size, which is stored in front of the entries and filled in. */
 nsdf_parse nsdf_read_index(const uint8_t *payload, size_t size, const nsdf_file_header *header,
                            nsdf_index_entry *entries, uint64_t *file_size, nsdf_fault *fault);
 

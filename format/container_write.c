@@ -40,7 +40,6 @@ void nsdf_write_header(nsdf_buffer *payload, const nsdf_file_header *header) {
         nsdf_buffer_f32(payload, header->domain_max[i]);
     nsdf_buffer_u32(payload, header->default_resolution);
     nsdf_buffer_f32(payload, header->extraction_bound);
-    nsdf_buffer_f32(payload, header->smallest_piece);
 }
 
 void nsdf_write_quality(nsdf_buffer *payload, const nsdf_quality_record *quality) {
@@ -66,6 +65,10 @@ static void write_index(nsdf_buffer *payload, const nsdf_file_parts *parts, uint
         const nsdf_index_entry *e = &parts->entries[i];
         nsdf_buffer_u32(payload, e->first_frame);
         nsdf_buffer_u32(payload, e->last_frame);
+        nsdf_buffer_u32(payload, e->lead);
+        nsdf_buffer_u32(payload, e->trail);
+        nsdf_buffer_u32(payload, e->fade);
+        nsdf_buffer_f32(payload, e->smallest_piece);
         nsdf_buffer_u64(payload, e->offset);
         nsdf_buffer_u64(payload, e->size);
         nsdf_buffer_u64(payload, e->parameter_hash);

@@ -30,7 +30,7 @@ void nsdf_write_metadata(nsdf_buffer *payload, const char *key, const char *valu
 typedef struct nsdf_file_parts {
     nsdf_file_header header;            /* segment_count says how many payloads there are */
     const nsdf_buffer *segments;        /* SEGM payloads */
-    nsdf_index_entry *entries;          /* frames and hash are taken from here; offset and size are filled in */
+    nsdf_index_entry *entries;          /* offset and size are filled in */
     const nsdf_buffer *metadata;        /* META payload, or NULL */
     const nsdf_quality_record *quality; /* or NULL */
 } nsdf_file_parts;

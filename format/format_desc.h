@@ -6,14 +6,14 @@
 #include <stddef.h>
 #include <stdint.h>
 
-enum { NSDF_FORMAT_MAJOR = 0, NSDF_FORMAT_MINOR = 5 };
+enum { NSDF_FORMAT_MAJOR = 0, NSDF_FORMAT_MINOR = 6 };
 
 enum {
     NSDF_PREAMBLE_SIZE = 16,     /* signature, version, CRC */
     NSDF_CHUNK_HEADER_SIZE = 16, /* type, flags, length */
     NSDF_CHUNK_OVERHEAD = 20,    /* header and the CRC behind the payload */
-    NSDF_HEADER_PAYLOAD_SIZE = 132,
-    NSDF_INDEX_ENTRY_SIZE = 32,
+    NSDF_HEADER_PAYLOAD_SIZE = 128,
+    NSDF_INDEX_ENTRY_SIZE = 48,
     NSDF_MAX_SEGMENTS = 1 << 20,
     NSDF_MAX_PARTS = 16,
     NSDF_MAX_LAYERS = 32,
@@ -53,12 +53,14 @@ typedef struct nsdf_file_header {
     float domain_min[3], domain_max[3]; /* normalised */
     uint32_t default_resolution;
     float extraction_bound;
-    float smallest_piece; /* normalised; pieces of a mesh with a smaller diagonal are left out */
 } nsdf_file_header;
 
 typedef struct nsdf_index_entry {
     uint32_t first_frame, last_frame; /* nominal frames at the segment's two ends; consecutive segments share one */
-    uint64_t offset, size;            /* of the whole SEGM chunk, with header and CRC */
+    uint32_t lead, trail;             /* frames by which its model reaches beyond them */
+    uint32_t fade;         /* half width in frames of the cross-fade from the segment before, around first_frame */
+    float smallest_piece;  /* normalised; pieces of a mesh with a smaller diagonal are left out */
+    uint64_t offset, size; /* of the whole SEGM chunk, with header and CRC */
     uint64_t parameter_hash;
 } nsdf_index_entry;
 

@@ -122,8 +122,8 @@ static void read_preamble(reader *r) {
     take(r, 1);
     if (ref_take_uint(r, 4) != crc32_of(r->data, 12))
         fail(r->ctx, REF_CHECKSUM, "the CRC of the preamble differs");
-    if (minor != 5)
-        fail(r->ctx, REF_UNSUPPORTED_VERSION, "the minor version is not 5");
+    if (minor != 6)
+        fail(r->ctx, REF_UNSUPPORTED_VERSION, "the minor version is not 6");
 }
 
 /* Section 5. */
@@ -185,11 +185,26 @@ static void read_head(reader *r, ref_file *f) {
     }
     f->default_resolution = ref_take_uint(r, 4);
     f->extraction_bound = ref_take_f32(r);
-    f->smallest_piece = ref_take_f32(r);
     ref_demand(r, within(f->scale, 1e-30, 1e30), "HEAD: scale is out of range");
     ref_demand(r, within(f->default_resolution, 2, 4096), "HEAD: default_resolution is out of range");
     ref_demand(r, f->extraction_bound > 0.0f && f->extraction_bound <= 1e6f, "HEAD: extraction_bound is out of range");
-    ref_demand(r, within((double)f->smallest_piece, 0, 64), "HEAD: smallest_piece is out of range");
+}
+
+/* Section 7: what a segment has beyond its frames; `other` is the one before. */
+
+static void read_reach(reader *r, ref_segment *s, const ref_segment *other) {
+    s->lead = ref_take_uint(r, 4);
+    s->trail = ref_take_uint(r, 4);
+    s->fade = ref_take_uint(r, 4);
+    s->smallest_piece = ref_take_f32(r);
+    ref_demand(r, s->lead < UINT32_C(1) << 31 && s->trail < UINT32_C(1) << 31, "INDX: lead or trail is out of range");
+    ref_demand(r, within((double)s->smallest_piece, 0, 64), "INDX: smallest_piece is out of range");
+    if (s->fade == 0)
+        return;
+    ref_demand(r, other != NULL, "INDX: the first segment has a cross-fade");
+    ref_demand(r, s->fade <= s->lead && s->fade <= other->trail, "INDX: a cross-fade is longer than the models reach");
+    ref_demand(r, s->fade <= s->last_frame - s->first_frame, "INDX: a cross-fade is longer than its segment");
+    ref_demand(r, s->fade <= other->last_frame - other->first_frame - other->fade, "INDX: two cross-fades overlap");
 }
 
 /* Section 7. `before` is the end of the INDX chunk. */
@@ -207,6 +222,7 @@ static void read_index(reader *r, ref_file *f, uint64_t before) {
         ref_demand(r, s->last_frame < f->frame_count && (s->last_frame > frame || f->frame_count == 1),
                    "INDX: last_frame is out of range");
         frame = s->last_frame;
+        read_reach(r, s, i > 0 ? s - 1 : NULL);
         s->offset = take_u64(r);
         s->size = take_u64(r);
         ref_demand(r, s->offset >= before, "INDX: a segment lies inside what stands before it");
@@ -676,8 +692,20 @@ static double evaluate_network(const ref_part *part, const double point[3], doub
     return (double)part->value_scale * x[0] + (double)part->value_offset;
 }
 
-static double frame_time(const ref_file *file, uint32_t frame) {
-    return (double)((uint64_t)frame * file->rate_den) / file->rate_num;
+static double frame_time(const ref_file *file, int64_t frame) {
+    return (double)(frame * (int64_t)file->rate_den) / file->rate_num;
+}
+
+/* Sections 2 and 9: the field of one segment at a normalised point. */
+static double evaluate_segment(const ref_file *file, const ref_segment *s, double t, const double normalised[3]) {
+    const double start = frame_time(file, (int64_t)s->first_frame - s->lead);
+    const double end = frame_time(file, (int64_t)s->last_frame + s->trail);
+    const double u = end > start ? fmin(fmax((t - start) / (end - start), 0.0), 1.0) : 0.0;
+    double sum = 0.0;
+    for (uint32_t i = 0; i < s->part_count; i++)
+        sum += s->parts[i]->kind == 1 ? evaluate_network(s->parts[i], normalised, u)
+                                      : ref_evaluate_blocks(s->parts[i], normalised, u);
+    return sum;
 }
 
 double ref_evaluate(const ref_file *file, double seconds, const double point[3]) {
@@ -685,13 +713,18 @@ double ref_evaluate(const ref_file *file, double seconds, const double point[3])
     const ref_segment *s = file->segments;
     while (s + 1 < file->segments + file->segment_count && t >= frame_time(file, s->last_frame))
         s++;
-    const double start = frame_time(file, s->first_frame), end = frame_time(file, s->last_frame);
-    const double u = end > start ? (t - start) / (end - start) : 0.0;
-    double normalised[3], sum = 0.0;
+    double normalised[3];
     for (int i = 0; i < 3; i++)
         normalised[i] = (point[i] - file->centre[i]) / file->scale;
-    for (uint32_t i = 0; i < s->part_count; i++)
-        sum += s->parts[i]->kind == 1 ? evaluate_network(s->parts[i], normalised, u)
-                                      : ref_evaluate_blocks(s->parts[i], normalised, u);
+    double sum = evaluate_segment(file, s, t, normalised);
+    for (const ref_segment *k = file->segments + 1; k < file->segments + file->segment_count; k++) {
+        const double from = frame_time(file, (int64_t)k->first_frame - k->fade);
+        const double to = frame_time(file, (int64_t)k->first_frame + k->fade);
+        if (!(t > from && t < to))
+            continue;
+        const double p = (t - from) / (to - from), share = p * p * (3.0 - 2.0 * p);
+        sum = (1.0 - share) * evaluate_segment(file, k - 1, t, normalised) +
+              share * evaluate_segment(file, k, t, normalised);
+    }
     return sum * file->scale;
 }

@@ -70,6 +70,8 @@ typedef struct ref_part {
 
 typedef struct ref_segment {
     uint32_t first_frame, last_frame;
+    uint32_t lead, trail, fade; /* frames */
+    float smallest_piece;
     uint64_t offset, size;
     uint64_t stored_hash, hash; /* from INDX, and of the decoded parameters */
     uint32_t part_count;
@@ -83,7 +85,6 @@ typedef struct ref_file {
     float domain_min[3], domain_max[3];
     uint32_t default_resolution;
     float extraction_bound;
-    float smallest_piece;
     uint64_t file_size;
     ref_segment *segments;
     void *blocks; /* all memory that the file owns */

@@ -41,8 +41,8 @@ static void print_head(const ref_file *f) {
     printf("centre %.9g %.9g %.9g\nscale %.9g\n", f->centre[0], f->centre[1], f->centre[2], f->scale);
     printf("domain %.6g %.6g %.6g to %.6g %.6g %.6g\n", (double)f->domain_min[0], (double)f->domain_min[1],
            (double)f->domain_min[2], (double)f->domain_max[0], (double)f->domain_max[1], (double)f->domain_max[2]);
-    printf("resolution %" PRIu32 "\nbound %.6g\nsmallest piece %.6g\nbytes %" PRIu64 "\n", f->default_resolution,
-           (double)f->extraction_bound, (double)f->smallest_piece, f->file_size);
+    printf("resolution %" PRIu32 "\nbound %.6g\nbytes %" PRIu64 "\n", f->default_resolution,
+           (double)f->extraction_bound, f->file_size);
 }
 
 static int print_segments(const ref_file *f) {
@@ -50,10 +50,11 @@ static int print_segments(const ref_file *f) {
     for (uint32_t i = 0; i < f->segment_count; i++) {
         const ref_segment *s = &f->segments[i];
         const int same = s->hash == s->stored_hash;
-        printf("segment %" PRIu32 ": frames %" PRIu32 " to %" PRIu32 ", %" PRIu32 " parts, %" PRIu64
-               " parameters, hash %016" PRIx64 " %s\n",
-               i, s->first_frame, s->last_frame, s->part_count, s->parameter_count, s->hash,
-               same ? "equal" : "DIFFERS");
+        printf("segment %" PRIu32 ": frames %" PRIu32 " to %" PRIu32 ", lead %" PRIu32 ", trail %" PRIu32
+               ", fade %" PRIu32 ", smallest piece %.6g, %" PRIu32 " parts, %" PRIu64 " parameters, hash %016" PRIx64
+               " %s\n",
+               i, s->first_frame, s->last_frame, s->lead, s->trail, s->fade, (double)s->smallest_piece, s->part_count,
+               s->parameter_count, s->hash, same ? "equal" : "DIFFERS");
         wrong |= !same;
     }
     return wrong;

@@ -36,7 +36,7 @@ static nsdf_mesher_job job_of(const nsdf_decoder *decoder, uint32_t resolution, 
     job.scale = header->scale;
     job.resolution = resolution;
     job.bound = header->extraction_bound;
-    job.smallest_piece = header->smallest_piece;
+    job.smallest_piece = decoder->smallest_piece;
     job.normals = options.normals != 0;
     job.projection = options.projection;
     return job;
@@ -71,8 +71,8 @@ nsdf_status bench_network_flop(nsdf_decoder *decoder, double t, bench_flop *flop
     if (status != NSDF_OK)
         return status;
     flop->value = 0;
-    for (uint32_t i = 0; i < decoder->field.segment->part_count; i++) {
-        const nsdf_segment_part *part = &decoder->field.segment->parts[i];
+    for (uint32_t i = 0; i < decoder->field.segments[0]->part_count; i++) {
+        const nsdf_segment_part *part = &decoder->field.segments[0]->parts[i];
         const nsdf_network *network = &part->at.network;
         if (part->kind != NSDF_PART_NETWORK)
             return NSDF_UNSUPPORTED_FEATURE;

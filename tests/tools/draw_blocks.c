@@ -103,7 +103,7 @@ static uint32_t write_patch(FILE *file, const nsdf_block *block, uint32_t degree
 }
 
 static int write_blocks(FILE *file, nsdf_decoder *decoder, double share) {
-    const nsdf_segment_part *part = decoder->field.segment->parts;
+    const nsdf_segment_part *part = decoder->field.segments[0]->parts;
     uint32_t first = 1;
     if (part->kind != NSDF_PART_BLOCKS)
         return -1;

@@ -16,8 +16,8 @@ enum {
     INDEX_AT = HEAD_AT + NSDF_HEADER_PAYLOAD_SIZE + NSDF_CHUNK_OVERHEAD,
     INDEX_PAYLOAD_AT = INDEX_AT + NSDF_CHUNK_HEADER_SIZE,
     NOTES_AT = INDEX_AT + 8 + NSDF_INDEX_ENTRY_SIZE + NSDF_CHUNK_OVERHEAD,
-    OFFSET_IN_ENTRY = 8,
-    HASH_IN_ENTRY = 24
+    OFFSET_IN_ENTRY = 24,
+    HASH_IN_ENTRY = 40
 };
 
 static size_t segment_at(const made_file *file) {
@@ -109,23 +109,38 @@ static uint64_t hash_of(const made_file *file) {
     return hash;
 }
 
-static double time_of(const nsdf_file_header *header, uint32_t frame) {
-    return (double)((uint64_t)frame * header->rate_den) / header->rate_num;
+static double time_of(const nsdf_file_header *header, int64_t frame) {
+    return (double)(frame * (int64_t)header->rate_den) / header->rate_num;
 }
 
-/* Signed distance in world units (spec, sections 2 and 11); the only part of a segment is `blocks` if not NULL. */
+/* Of segment `s` at a normalised position; its only part is `blocks` if not NULL. */
+static double segment_value(const made_file *file, const nsdf_blocks_desc *blocks, uint32_t s, double t,
+                            const double normalised[3]) {
+    const nsdf_index_entry *e = &file->entries[s];
+    const double start = time_of(&file->header, (int64_t)e->first_frame - e->lead);
+    const double u = (t - start) / (time_of(&file->header, (int64_t)e->last_frame + e->trail) - start);
+    return blocks ? reference_blocks(blocks, file->values[s], u, normalised)
+                  : reference_value(&file->desc[s], file->values[s], u, normalised);
+}
+
+/* Signed distance in world units (spec, sections 2 and 11). */
 static double value_at(const made_file *file, const nsdf_blocks_desc *blocks, double t, const double world[3]) {
     uint32_t s = 0;
     while (s + 1 < file->header.segment_count && t >= time_of(&file->header, file->entries[s].last_frame))
         s++;
-    const double start = time_of(&file->header, file->entries[s].first_frame);
-    const double end = time_of(&file->header, file->entries[s].last_frame);
     double normalised[3];
     for (int a = 0; a < 3; a++)
         normalised[a] = (world[a] - file->header.centre[a]) / file->header.scale;
-    const double u = (t - start) / (end - start);
-    return file->header.scale * (blocks ? reference_blocks(blocks, file->values[s], u, normalised)
-                                        : reference_value(&file->desc[s], file->values[s], u, normalised));
+    double value = segment_value(file, blocks, s, t, normalised);
+    const uint32_t second = file->header.segment_count - 1; /* of two at most */
+    const double middle = time_of(&file->header, file->entries[second].first_frame);
+    const double half = time_of(&file->header, file->entries[second].fade);
+    if (second > 0 && fabs(t - middle) < half) {
+        const double p = (t - middle + half) / (2.0 * half), share = p * p * (3.0 - 2.0 * p);
+        value = (1.0 - share) * segment_value(file, blocks, 0, t, normalised) +
+                share * segment_value(file, blocks, 1, t, normalised);
+    }
+    return file->header.scale * value;
 }
 
 /* Coordinates and times of few digits; the first and the last time are the ends of the sequence. */
@@ -178,6 +193,19 @@ static void make_raw_file(made_file *file) {
         }
     make_segment_of(file, 0, &random, &payload);
     make_container(file, 1, &payload);
+}
+
+/* Two segments with a cross-fade over four of their eight frame steps. */
+static void make_fading_file(made_file *file) {
+    nsdf_buffer payloads[2] = {{NULL, 0, 0, 0}, {NULL, 0, 0, 0}};
+    uint64_t random = SEED;
+    memset(file, 0, sizeof *file);
+    for (uint32_t i = 0; i < 2; i++)
+        make_segment(file, i, MAKE_SPLINE, NSDF_ENTROPY_RANGE, LAYERS, WIDTH, &random, &payloads[i]);
+    file->entries[0].trail = file->entries[1].lead = 3;
+    file->entries[1].fade = 2;
+    file->entries[1].smallest_piece = 0.0625f;
+    make_container(file, 2, payloads);
 }
 
 /* Between INDX and QUAL, before the segment and behind it, with reserved flags set. */
@@ -243,6 +271,8 @@ static void make_ok_files(const char *folder) {
         make_sized_file(&file, plain[i].segments, plain[i].shape, plain[i].entropy, LAYERS, WIDTH, SEED);
         write_ok(folder, plain[i].name, &file, NULL);
     }
+    make_fading_file(&file);
+    write_ok(folder, "cross_fade", &file, NULL);
     make_raw_file(&file);
     write_ok(folder, "raw_float32", &file, NULL);
     make_file_with_unknown_chunks(&file);

@@ -517,7 +517,7 @@ static void mesh_blocks(bench *b, const sample_blocks *s) {
     nsdf_blocks_compose(&o.blocks, 0.5);
     part.at.blocks = o.blocks;
     for (int i = 0; i < t.count; i++) {
-        nsdf_segment_field field = {.segment = &segment, .block_kernels = t.list[i]};
+        nsdf_segment_field field = {.segments = {&segment}, .share = {1.0f}, .block_kernels = t.list[i]};
         assert_measuring_changes_nothing(b, nsdf_segment_field_view(&field));
     }
     free(o.storage);

@@ -12,7 +12,6 @@ static nsdf_file_header example_header(void) {
     }
     h.default_resolution = 64;
     h.extraction_bound = 1.25f;
-    h.smallest_piece = 0.125f;
     return h;
 }
 
@@ -48,7 +47,8 @@ static void make_example(nsdf_buffer *file) {
     nsdf_write_segment_start(&segment, 1);
     assert_int_equal(nsdf_write_network_part(&segment, &d, q), 0);
     float *values = sample_expected(&d, q);
-    nsdf_index_entry entry = {.parameter_hash = nsdf_hash_floats(NSDF_HASH_START, values, 11)};
+    nsdf_index_entry entry = {.smallest_piece = 0.125f,
+                              .parameter_hash = nsdf_hash_floats(NSDF_HASH_START, values, 11)};
     nsdf_file_parts parts = {.header = example_header(), .segments = &segment, .entries = &entry};
     assert_int_equal(nsdf_write_file(file, &parts), 0);
     free(values);
@@ -232,12 +232,15 @@ static void every_header_field_is_validated(void **state) {
     EXPECT_BAD(extraction_bound, 0.0f, 124);
     EXPECT_BAD(extraction_bound, NAN, 124);
     EXPECT_BAD(extraction_bound, 2e6f, 124);
-    EXPECT_BAD(smallest_piece, -0.01f, 128);
-    EXPECT_BAD(smallest_piece, 65.0f, 128);
-    EXPECT_BAD(smallest_piece, NAN, 128);
 }
 
-enum { INDEX_SEGMENTS = 3, INDEX_START = 16 + 152 + 20 + 8 + 3 * 32 };
+enum {
+    INDEX_SEGMENTS = 3,
+    INDEX_START = 16 + 148 + 20 + 8 + 3 * 48,
+    ENTRY = 8,
+    SECOND = ENTRY + 48,
+    THIRD = SECOND + 48
+};
 
 /* An index of three segments over nine frames, as INDX's payload, after `change` was made to it. */
 static nsdf_parse read_changed_index(size_t offset, uint64_t value, size_t size, nsdf_fault *fault) {
@@ -249,8 +252,12 @@ static nsdf_parse read_changed_index(size_t offset, uint64_t value, size_t size,
     h.segment_count = INDEX_SEGMENTS;
     nsdf_buffer_u64(&b, INDEX_START + 3 * 100 + 20);
     for (uint32_t i = 0; i < INDEX_SEGMENTS; i++) {
-        nsdf_buffer_u32(&b, i == 0 ? 0 : i == 1 ? 3 : 4);
-        nsdf_buffer_u32(&b, i == 0 ? 3 : i == 1 ? 4 : 8);
+        nsdf_buffer_u32(&b, i == 0 ? 0 : i == 1 ? 3 : 5);
+        nsdf_buffer_u32(&b, i == 0 ? 3 : i == 1 ? 5 : 8);
+        nsdf_buffer_u32(&b, 1); /* lead, trail, fade, smallest piece */
+        nsdf_buffer_u32(&b, i == 1 ? 2 : 1);
+        nsdf_buffer_u32(&b, i == 0 ? 0 : 1);
+        nsdf_buffer_f32(&b, 0.5f);
         nsdf_buffer_u64(&b, INDEX_START + 100 * i);
         nsdf_buffer_u64(&b, 100);
         nsdf_buffer_u64(&b, i);
@@ -261,7 +268,9 @@ static nsdf_parse read_changed_index(size_t offset, uint64_t value, size_t size,
     nsdf_parse status = nsdf_read_index(b.data, b.size, &h, entries, &file_size, fault);
     if (status == NSDF_PARSE_OK) {
         assert_int_equal(file_size, INDEX_START + 320);
-        assert_true(entries[1].first_frame == 3 && entries[1].last_frame == 4 && entries[2].parameter_hash == 2);
+        assert_true(entries[1].first_frame == 3 && entries[1].last_frame == 5 && entries[2].parameter_hash == 2);
+        assert_true(entries[1].lead == 1 && entries[1].trail == 2 && entries[1].fade == 1);
+        assert_true(entries[2].smallest_piece == 0.5f);
     }
     for (size_t n = 0; n < b.size && size == 0; n++)
         assert_int_equal(nsdf_read_index(b.data, n, &h, entries, &file_size, NULL), NSDF_PARSE_TRUNCATED);
@@ -278,20 +287,57 @@ static void expect_bad_index(size_t offset, uint64_t value, size_t size, uint64_
 static void indices_must_cover_all_frames_in_order(void **state) {
     (void)state;
     assert_int_equal(read_changed_index(0, 0, 0, NULL), NSDF_PARSE_OK);
-    expect_bad_index(0, 100, 8, 0);                /* file smaller than its own front */
-    expect_bad_index(0, UINT64_MAX, 8, 0);         /* file size above 2^63 - 1 */
-    expect_bad_index(0, INDEX_START + 319, 8, 88); /* no room for ENDF */
-    expect_bad_index(8, 1, 4, 8);                  /* first frame not 0 */
-    expect_bad_index(12, 0, 4, 12);                /* segment without length */
-    expect_bad_index(40, 2, 4, 40);                /* frames that overlap */
-    expect_bad_index(40, 4, 4, 40);                /* gap between segments */
-    expect_bad_index(76, 7, 4, 76);                /* ends before the last frame */
-    expect_bad_index(76, 9, 4, 76);                /* ends behind the last frame */
-    expect_bad_index(16, INDEX_START - 1, 8, 16);  /* inside INDX */
-    expect_bad_index(48, INDEX_START + 99, 8, 48); /* overlap */
-    expect_bad_index(80, UINT64_MAX - 50, 8, 88);  /* offset + size wraps */
-    expect_bad_index(88, UINT64_MAX, 8, 88);
-    expect_bad_index(24, 19, 8, 24); /* smaller than an empty chunk */
+    expect_bad_index(0, 100, 8, 0);                                  /* file smaller than its own front */
+    expect_bad_index(0, UINT64_MAX, 8, 0);                           /* file size above 2^63 - 1 */
+    expect_bad_index(0, INDEX_START + 319, 8, THIRD + 32);           /* no room for ENDF */
+    expect_bad_index(ENTRY, 1, 4, ENTRY);                            /* first frame not 0 */
+    expect_bad_index(ENTRY + 4, 0, 4, ENTRY + 4);                    /* segment without length */
+    expect_bad_index(SECOND, 2, 4, SECOND);                          /* frames that overlap */
+    expect_bad_index(SECOND, 4, 4, SECOND);                          /* gap between segments */
+    expect_bad_index(THIRD + 4, 7, 4, THIRD + 4);                    /* ends before the last frame */
+    expect_bad_index(THIRD + 4, 9, 4, THIRD + 4);                    /* ends behind the last frame */
+    expect_bad_index(ENTRY + 24, INDEX_START - 1, 8, ENTRY + 24);    /* inside INDX */
+    expect_bad_index(SECOND + 24, INDEX_START + 99, 8, SECOND + 24); /* overlap */
+    expect_bad_index(THIRD + 24, UINT64_MAX - 50, 8, THIRD + 32);    /* offset + size wraps */
+    expect_bad_index(THIRD + 32, UINT64_MAX, 8, THIRD + 32);
+    expect_bad_index(ENTRY + 32, 19, 8, ENTRY + 32); /* smaller than an empty chunk */
+}
+
+static void cross_fades_must_lie_where_both_models_are(void **state) {
+    float piece = 65.0f;
+    uint32_t bits;
+    (void)state;
+    assert_int_equal(read_changed_index(THIRD + 8, 0x7fffffff, 4, NULL), NSDF_PARSE_OK);
+    expect_bad_index(SECOND + 8, UINT64_C(1) << 31, 4, SECOND + 8);
+    expect_bad_index(SECOND + 12, UINT64_C(1) << 31, 4, SECOND + 12);
+    expect_bad_index(ENTRY + 16, 1, 4, ENTRY + 16);   /* nothing to fade from */
+    expect_bad_index(SECOND + 16, 2, 4, SECOND + 16); /* above the lead, and the trail before */
+    expect_bad_index(SECOND + 8, 0, 4, SECOND + 16);  /* lead below the fade */
+    expect_bad_index(ENTRY + 12, 0, 4, SECOND + 16);  /* trail before below the fade */
+    memcpy(&bits, &piece, sizeof bits);
+    expect_bad_index(THIRD + 20, bits, 4, THIRD + 20);
+    expect_bad_index(THIRD + 20, 0x7fc00000, 4, THIRD + 20); /* NaN */
+    expect_bad_index(THIRD + 20, 0xbf800000, 4, THIRD + 20); /* -1 */
+}
+
+/* Three segments of frames 0 to 3 to 5 to 8 whose models reach 9 frames further everywhere. */
+static void two_cross_fades_may_not_meet_in_a_segment(void **state) {
+    (void)state;
+    for (uint32_t fade = 0; fade <= 3; fade++) {
+        nsdf_file_header h = example_header();
+        nsdf_index_entry in[3] = {
+            {0, 3, 9, 9, 0, 0.0f, 0, 0, 0}, {3, 5, 9, 9, fade, 0.0f, 0, 0, 0}, {5, 8, 9, 9, 1, 0.0f, 0, 0, 0}};
+        nsdf_index_entry out[3];
+        nsdf_buffer b = {0}, segments[3] = {{0}};
+        uint64_t file_size;
+        h.frame_count = 9;
+        h.segment_count = 3;
+        nsdf_file_parts parts = {.header = h, .segments = segments, .entries = in};
+        assert_int_equal(nsdf_write_file(&b, &parts), 0);
+        const nsdf_parse status = nsdf_read_index(b.data + 16 + 148 + 16, 8 + 3 * 48, &h, out, &file_size, NULL);
+        assert_int_equal(status, fade <= 1 ? NSDF_PARSE_OK : NSDF_PARSE_CORRUPT);
+        nsdf_buffer_free(&b);
+    }
 }
 
 static void a_single_frame_has_an_index_of_its_own_kind(void **state) {
@@ -301,12 +347,12 @@ static void a_single_frame_has_an_index_of_its_own_kind(void **state) {
     nsdf_index_entry entry;
     uint64_t file_size = 0;
     make_example(&file);
-    uint8_t *payload = file.data + 16 + 152 + 16;
-    assert_int_equal(nsdf_read_index(payload, 40, &h, &entry, &file_size, NULL), NSDF_PARSE_OK);
+    uint8_t *payload = file.data + 16 + 148 + 16;
+    assert_int_equal(nsdf_read_index(payload, 56, &h, &entry, &file_size, NULL), NSDF_PARSE_OK);
     assert_true(file_size == file.size && entry.first_frame == 0 && entry.last_frame == 0);
     assert_true(entry.offset + entry.size + NSDF_CHUNK_OVERHEAD == file.size);
     payload[12] = 1;
-    assert_int_equal(nsdf_read_index(payload, 40, &h, &entry, &file_size, NULL), NSDF_PARSE_CORRUPT);
+    assert_int_equal(nsdf_read_index(payload, 56, &h, &entry, &file_size, NULL), NSDF_PARSE_CORRUPT);
     nsdf_buffer_free(&file);
 }
 
@@ -433,6 +479,8 @@ int main(void) {
         cmocka_unit_test(headers_come_back_unchanged),
         cmocka_unit_test(every_header_field_is_validated),
         cmocka_unit_test(indices_must_cover_all_frames_in_order),
+        cmocka_unit_test(cross_fades_must_lie_where_both_models_are),
+        cmocka_unit_test(two_cross_fades_may_not_meet_in_a_segment),
         cmocka_unit_test(a_single_frame_has_an_index_of_its_own_kind),
         cmocka_unit_test(quality_comes_back_and_is_validated),
         cmocka_unit_test(metadata_come_back_in_order),

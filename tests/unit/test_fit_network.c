@@ -98,7 +98,7 @@ static nsdf_decoder *decoder_for(fixture *f, nsdf_buffer *file) {
     nsdf_decoder *decoder = NULL;
     nsdf_choose_quantisers(&f->model, &raw, f->parameters);
     assert_int_equal(nsdf_code_segment(&f->model, f->parameters, &segment), 0);
-    assert_int_equal(nsdf_assemble_file(&header, &segment, NULL, file), 0);
+    assert_int_equal(nsdf_assemble_file(&header, &(nsdf_index_entry){0}, &segment, NULL, file), 0);
     nsdf_buffer_free(&segment.payload);
     assert_int_equal(nsdf_open_memory(&decoder, file->data, file->size, NULL, NULL), NSDF_OK);
     return decoder;

@@ -217,7 +217,7 @@ static void check_file(int kind, const nsdf_quantise_params *params, nsdf_entrop
     nsdf_round_parameters(&m, values, rounded);
     assert_int_equal(nsdf_code_segment(&m, values, &segment), 0);
     assert_true(segment.hash == nsdf_hash_floats(NSDF_HASH_START, rounded, count));
-    assert_int_equal(nsdf_assemble_file(&header, &segment, NULL, &file), 0);
+    assert_int_equal(nsdf_assemble_file(&header, &(nsdf_index_entry){0}, &segment, NULL, &file), 0);
     assert_int_equal(nsdf_open_memory(&decoder, file.data, file.size, NULL, NULL), NSDF_OK);
     assert_int_equal(nsdf_verify(decoder), NSDF_OK); /* compares the stored hash with that of what it decodes */
     assert_int_equal(nsdf_get_segment_info(decoder, 0, &info), NSDF_OK);

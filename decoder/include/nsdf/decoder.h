@@ -199,6 +199,9 @@ NSDF_API NSDF_MUST_USE nsdf_status nsdf_get_metadata(const nsdf_decoder *decoder
 /* One segment, and the shape of its network. */
 typedef struct nsdf_segment_info {
     double start, end;     /* seconds */
+    double fade;           /* seconds: from start - fade to start + fade the surface is mixed with that of the segment
+                              before */
+    double smallest_piece; /* world units: see nsdf_mesh_options.all_pieces */
     uint64_t offset, size; /* of its chunk in the file, bytes */
     uint64_t parameter_count;
     uint32_t layers, width; /* of the first network part: layers with parameters, the widest of them; 0 when there is
