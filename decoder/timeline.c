@@ -11,7 +11,8 @@ double nsdf_stream_duration(const nsdf_stream *stream) {
 
 /* The same of any frame, also one before the first. */
 static double time_of(const nsdf_stream *stream, int64_t frame) {
-    return (double)(frame * (int64_t)stream->header.rate_den) / (double)stream->header.rate_num;
+    /* Both factors are exact, so that the product is rounded once, as the integer would be. */
+    return (double)frame * (double)stream->header.rate_den / (double)stream->header.rate_num;
 }
 
 static uint32_t find_segment(const nsdf_stream *stream, double t) {

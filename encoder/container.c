@@ -29,7 +29,7 @@ int nsdf_assemble_file(const nsdf_file_header *header, const nsdf_index_entry *e
     only.last_frame = header->frame_count - 1;
     only.parameter_hash = segment->hash;
     nsdf_write_metadata(&metadata, "encoder", "nsdf");
-    nsdf_file_parts parts = {*header, &segment->payload, &only, &metadata, quality};
+    nsdf_file_parts parts = {*header, &segment->payload, &only, &metadata, quality, NULL, 0};
     file->size = 0;
     int result = metadata.failed ? -1 : nsdf_write_file(file, &parts);
     nsdf_buffer_free(&metadata);

@@ -131,9 +131,8 @@ nsdf_parse nsdf_read_header(const uint8_t *payload, size_t size, nsdf_file_heade
 /* Whether a cross-fade leaves the segments on its two sides what they need: models that reach over it, and no two
  * cross-fades at one time. */
 static int fade_fits(const nsdf_index_entry *before, const nsdf_index_entry *e) {
-    if (!before)
-        return e->fade == 0;
-    return e->fade <= e->lead && e->fade <= before->trail && e->fade <= e->last_frame - e->first_frame &&
+    return before && (int64_t)e->fade <= e->lead && (int64_t)e->fade <= before->trail &&
+           e->fade <= e->last_frame - e->first_frame &&
            (uint64_t)before->fade + e->fade <= before->last_frame - before->first_frame;
 }
 
@@ -143,17 +142,18 @@ static void read_span(nsdf_cursor *c, const nsdf_file_header *header, const nsdf
     const uint32_t frame = before ? before->last_frame : 0;
     e->first_frame = nsdf_take_u32(c);
     e->last_frame = nsdf_take_u32(c);
-    e->lead = nsdf_take_u32(c);
-    e->trail = nsdf_take_u32(c);
+    e->lead = nsdf_take_i32(c);
+    e->trail = nsdf_take_i32(c);
     e->fade = nsdf_take_u32(c);
     e->smallest_piece = nsdf_take_f32(c);
     const int ascends = e->last_frame > e->first_frame || header->frame_count == 1;
     nsdf_cursor_expect(c, e->first_frame == frame, at, "segment that does not begin where the one before ends");
     nsdf_cursor_expect(c, ascends && e->last_frame < header->frame_count, at + 4,
                        "segment whose last frame is not above its first or not below the frame count");
-    nsdf_cursor_expect(c, e->lead <= INT32_MAX, at + 8, "lead above 2^31 - 1");
-    nsdf_cursor_expect(c, e->trail <= INT32_MAX, at + 12, "trail above 2^31 - 1");
-    nsdf_cursor_expect(c, fade_fits(before, e), at + 16, "cross-fade longer than the segments on its sides allow");
+    nsdf_cursor_expect(c, (int64_t)e->first_frame - e->lead <= (int64_t)e->last_frame + e->trail, at + 8,
+                       "lead and trail that put the end of a model before its start");
+    nsdf_cursor_expect(c, e->fade == 0 || fade_fits(before, e), at + 16,
+                       "cross-fade longer than the segments on its sides allow");
     nsdf_cursor_expect(c, e->smallest_piece >= 0.0f && e->smallest_piece <= 64.0f, at + 20,
                        "smallest piece outside 0 to 64");
 }

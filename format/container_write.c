@@ -65,8 +65,8 @@ static void write_index(nsdf_buffer *payload, const nsdf_file_parts *parts, uint
         const nsdf_index_entry *e = &parts->entries[i];
         nsdf_buffer_u32(payload, e->first_frame);
         nsdf_buffer_u32(payload, e->last_frame);
-        nsdf_buffer_u32(payload, e->lead);
-        nsdf_buffer_u32(payload, e->trail);
+        nsdf_buffer_u32(payload, (uint32_t)e->lead);
+        nsdf_buffer_u32(payload, (uint32_t)e->trail);
         nsdf_buffer_u32(payload, e->fade);
         nsdf_buffer_f32(payload, e->smallest_piece);
         nsdf_buffer_u64(payload, e->offset);
@@ -75,14 +75,32 @@ static void write_index(nsdf_buffer *payload, const nsdf_file_parts *parts, uint
     }
 }
 
+/* Bytes of the other chunks from *next on that stand in front of a segment; moves *next behind them. */
+static uint64_t others_size(const nsdf_file_parts *parts, uint32_t segment, uint32_t *next) {
+    uint64_t size = 0;
+    for (; *next < parts->other_count && parts->others[*next].before <= segment; ++*next)
+        size += parts->others[*next].payload.size + NSDF_CHUNK_OVERHEAD;
+    return size;
+}
+
+static void write_others(nsdf_buffer *out, const nsdf_file_parts *parts, uint32_t segment, uint32_t *next) {
+    for (; *next < parts->other_count && parts->others[*next].before <= segment; ++*next) {
+        const nsdf_loose_chunk *other = &parts->others[*next];
+        nsdf_write_chunk(out, other->type, other->flags, other->payload.data, other->payload.size);
+        out->failed |= other->payload.failed;
+    }
+}
+
 /* Fills in where the segments go, the first one at `offset`; returns the size of the file. */
 static uint64_t place_segments(nsdf_file_parts *parts, uint64_t offset) {
+    uint32_t other = 0;
     for (uint32_t i = 0; i < parts->header.segment_count; i++) {
+        offset += others_size(parts, i, &other);
         parts->entries[i].offset = offset;
         parts->entries[i].size = parts->segments[i].size + NSDF_CHUNK_OVERHEAD;
         offset += parts->entries[i].size;
     }
-    return offset + NSDF_CHUNK_OVERHEAD;
+    return offset + others_size(parts, parts->header.segment_count, &other) + NSDF_CHUNK_OVERHEAD;
 }
 
 /* The ancillary chunks between INDX and the first segment. */
@@ -114,11 +132,14 @@ int nsdf_write_file(nsdf_buffer *out, nsdf_file_parts *parts) {
     write_index(&payload, parts, file_size);
     nsdf_write_chunk(out, NSDF_CHUNK_INDX, NSDF_CHUNK_CRITICAL, payload.data, payload.size);
     nsdf_buffer_append(out, notes.data, notes.size);
+    uint32_t other = 0;
     for (uint32_t i = 0; i < parts->header.segment_count; i++) {
         const nsdf_buffer *segment = &parts->segments[i];
+        write_others(out, parts, i, &other);
         nsdf_write_chunk(out, NSDF_CHUNK_SEGM, NSDF_CHUNK_CRITICAL, segment->data, segment->size);
         out->failed |= segment->failed;
     }
+    write_others(out, parts, parts->header.segment_count, &other);
     nsdf_write_chunk(out, NSDF_CHUNK_ENDF, NSDF_CHUNK_CRITICAL, NULL, 0);
     out->failed |= notes.failed | payload.failed;
     nsdf_buffer_free(&notes);

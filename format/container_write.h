@@ -27,15 +27,25 @@ void nsdf_write_quality(nsdf_buffer *payload, const nsdf_quality_record *quality
 /* Appends one pair to META's payload.  The strings may not hold a NUL; key <= 65535 bytes. */
 void nsdf_write_metadata(nsdf_buffer *payload, const char *key, const char *value);
 
+/* An ancillary chunk that is not one of the format's own. */
+typedef struct nsdf_loose_chunk {
+    uint32_t type, flags;
+    uint32_t before; /* the segment that it stands in front of; segment_count: behind the last */
+    nsdf_buffer payload;
+} nsdf_loose_chunk;
+
 typedef struct nsdf_file_parts {
     nsdf_file_header header;            /* segment_count says how many payloads there are */
     const nsdf_buffer *segments;        /* SEGM payloads */
     nsdf_index_entry *entries;          /* offset and size are filled in */
     const nsdf_buffer *metadata;        /* META payload, or NULL */
     const nsdf_quality_record *quality; /* or NULL */
+    const nsdf_loose_chunk *others;     /* [other_count], or NULL; `before` does not descend */
+    uint32_t other_count;
 } nsdf_file_parts;
 
-/* A whole file: preamble, HEAD, INDX, [QUAL], [META], SEGM..., ENDF.  Returns 0, or -1 when memory ran out. */
+/* A whole file: preamble, HEAD, INDX, [QUAL], [META], SEGM..., ENDF, and the others among the SEGM.  Returns 0, or -1
+ * when memory ran out. */
 int nsdf_write_file(nsdf_buffer *out, nsdf_file_parts *parts);
 
 #endif

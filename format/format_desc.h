@@ -57,7 +57,8 @@ typedef struct nsdf_file_header {
 
 typedef struct nsdf_index_entry {
     uint32_t first_frame, last_frame; /* nominal frames at the segment's two ends; consecutive segments share one */
-    uint32_t lead, trail;             /* frames by which its model reaches beyond them */
+    /* Frames by which its model reaches beyond them; negative: it ends before them, and stands still from there. */
+    int32_t lead, trail;
     uint32_t fade;         /* half width in frames of the cross-fade from the segment before, around first_frame */
     float smallest_piece;  /* normalised; pieces of a mesh with a smaller diagonal are left out */
     uint64_t offset, size; /* of the whole SEGM chunk, with header and CRC */

@@ -183,7 +183,7 @@ static inline void make_container(made_file *file, uint32_t segments, nsdf_buffe
     make_header(&file->header, segments * 4 + 1, segments);
     nsdf_write_metadata(&metadata, "title", "small");
     nsdf_write_metadata(&metadata, "empty", "");
-    nsdf_file_parts parts = {file->header, payloads, file->entries, &metadata, &quality};
+    nsdf_file_parts parts = {file->header, payloads, file->entries, &metadata, &quality, NULL, 0};
     const int failed = nsdf_write_file(&out, &parts);
     assert(!failed);
     (void)failed;

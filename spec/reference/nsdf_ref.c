@@ -193,16 +193,18 @@ static void read_head(reader *r, ref_file *f) {
 /* Section 7: what a segment has beyond its frames; `other` is the one before. */
 
 static void read_reach(reader *r, ref_segment *s, const ref_segment *other) {
-    s->lead = ref_take_uint(r, 4);
-    s->trail = ref_take_uint(r, 4);
+    s->lead = take_i32(r);
+    s->trail = take_i32(r);
     s->fade = ref_take_uint(r, 4);
     s->smallest_piece = ref_take_f32(r);
-    ref_demand(r, s->lead < UINT32_C(1) << 31 && s->trail < UINT32_C(1) << 31, "INDX: lead or trail is out of range");
+    ref_demand(r, (int64_t)s->first_frame - s->lead <= (int64_t)s->last_frame + s->trail,
+               "INDX: a model ends before it begins");
     ref_demand(r, within((double)s->smallest_piece, 0, 64), "INDX: smallest_piece is out of range");
     if (s->fade == 0)
         return;
     ref_demand(r, other != NULL, "INDX: the first segment has a cross-fade");
-    ref_demand(r, s->fade <= s->lead && s->fade <= other->trail, "INDX: a cross-fade is longer than the models reach");
+    ref_demand(r, (int64_t)s->fade <= s->lead && (int64_t)s->fade <= other->trail,
+               "INDX: a cross-fade is longer than the models reach");
     ref_demand(r, s->fade <= s->last_frame - s->first_frame, "INDX: a cross-fade is longer than its segment");
     ref_demand(r, s->fade <= other->last_frame - other->first_frame - other->fade, "INDX: two cross-fades overlap");
 }
@@ -693,7 +695,7 @@ static double evaluate_network(const ref_part *part, const double point[3], doub
 }
 
 static double frame_time(const ref_file *file, int64_t frame) {
-    return (double)(frame * (int64_t)file->rate_den) / file->rate_num;
+    return (double)frame * file->rate_den / file->rate_num; /* the product of exact numbers is rounded once */
 }
 
 /* Sections 2 and 9: the field of one segment at a normalised point. */

@@ -70,7 +70,8 @@ typedef struct ref_part {
 
 typedef struct ref_segment {
     uint32_t first_frame, last_frame;
-    uint32_t lead, trail, fade; /* frames */
+    int32_t lead, trail; /* frames */
+    uint32_t fade;
     float smallest_piece;
     uint64_t offset, size;
     uint64_t stored_hash, hash; /* from INDX, and of the decoded parameters */

@@ -50,7 +50,7 @@ static int print_segments(const ref_file *f) {
     for (uint32_t i = 0; i < f->segment_count; i++) {
         const ref_segment *s = &f->segments[i];
         const int same = s->hash == s->stored_hash;
-        printf("segment %" PRIu32 ": frames %" PRIu32 " to %" PRIu32 ", lead %" PRIu32 ", trail %" PRIu32
+        printf("segment %" PRIu32 ": frames %" PRIu32 " to %" PRIu32 ", lead %" PRId32 ", trail %" PRId32
                ", fade %" PRIu32 ", smallest piece %.6g, %" PRIu32 " parts, %" PRIu64 " parameters, hash %016" PRIx64
                " %s\n",
                i, s->first_frame, s->last_frame, s->lead, s->trail, s->fade, (double)s->smallest_piece, s->part_count,

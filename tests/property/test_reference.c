@@ -42,12 +42,12 @@ static uint32_t least(uint32_t a, uint32_t b) {
 
 /* Lead, trail and, where there is room, a cross-fade from the entry before, which is NULL for the first. */
 static void make_random_reach(uint64_t *rng, const nsdf_index_entry *before, nsdf_index_entry *e) {
-    e->lead = sample_below(rng, 4);
-    e->trail = sample_below(rng, 4);
+    e->lead = (int32_t)sample_below(rng, 5) - 1;
+    e->trail = (int32_t)sample_below(rng, 4);
     e->smallest_piece = (float)sample_unit(rng) / 16.0f;
     if (!before)
         return;
-    const uint32_t reach = least(e->lead, before->trail);
+    const uint32_t reach = e->lead > 0 ? least((uint32_t)e->lead, (uint32_t)before->trail) : 0;
     const uint32_t room =
         least(e->last_frame - e->first_frame, before->last_frame - before->first_frame - before->fade);
     e->fade = least(reach, room);
@@ -166,8 +166,13 @@ static void make_random_file(sample_file *file, uint64_t seed, nsdf_entropy_kind
     }
     file->header.frame_count = frame + 1;
     nsdf_write_metadata(&metadata, "title", "sample");
-    nsdf_file_parts parts = {file->header, payloads, file->entries, sample_below(&rng, 2) ? &metadata : NULL,
-                             sample_below(&rng, 2) ? &quality : NULL};
+    nsdf_file_parts parts = {file->header,
+                             payloads,
+                             file->entries,
+                             sample_below(&rng, 2) ? &metadata : NULL,
+                             sample_below(&rng, 2) ? &quality : NULL,
+                             NULL,
+                             0};
     assert_int_equal(nsdf_write_file(&file->bytes, &parts), 0);
     for (uint32_t i = 0; i < MAX_SEGMENTS; i++)
         nsdf_buffer_free(&payloads[i]);

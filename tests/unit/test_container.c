@@ -308,8 +308,9 @@ static void cross_fades_must_lie_where_both_models_are(void **state) {
     uint32_t bits;
     (void)state;
     assert_int_equal(read_changed_index(THIRD + 8, 0x7fffffff, 4, NULL), NSDF_PARSE_OK);
-    expect_bad_index(SECOND + 8, UINT64_C(1) << 31, 4, SECOND + 8);
-    expect_bad_index(SECOND + 12, UINT64_C(1) << 31, 4, SECOND + 12);
+    assert_int_equal(read_changed_index(THIRD + 12, (uint32_t)-4, 4, NULL), NSDF_PARSE_OK);
+    expect_bad_index(THIRD + 12, (uint32_t)-5, 4, THIRD + 8); /* ends before it begins */
+    expect_bad_index(SECOND + 12, UINT64_C(1) << 31, 4, SECOND + 8);
     expect_bad_index(ENTRY + 16, 1, 4, ENTRY + 16);   /* nothing to fade from */
     expect_bad_index(SECOND + 16, 2, 4, SECOND + 16); /* above the lead, and the trail before */
     expect_bad_index(SECOND + 8, 0, 4, SECOND + 16);  /* lead below the fade */
@@ -423,7 +424,7 @@ static void whole_files_hold_their_chunks_in_order(void **state) {
     nsdf_buffer file = {0}, segments[2] = {{0}, {0}}, metadata = {0};
     nsdf_index_entry entries[2] = {{.first_frame = 0, .last_frame = 2}, {.first_frame = 2, .last_frame = 5}};
     nsdf_quality_record quality = {.resolution = 64, .frames = 6};
-    nsdf_file_parts parts = {example_header(), segments, entries, &metadata, &quality};
+    nsdf_file_parts parts = {example_header(), segments, entries, &metadata, &quality, NULL, 0};
     parts.header.frame_count = 6;
     parts.header.segment_count = 2;
     nsdf_buffer_append(&segments[0], "first", 5);

@@ -165,8 +165,8 @@ static void insert_chunk(made_file *file, uint32_t type, uint32_t flags) {
         file->entries[i].offset += chunk.size;
         nsdf_buffer_u32(&payload, file->entries[i].first_frame);
         nsdf_buffer_u32(&payload, file->entries[i].last_frame);
-        nsdf_buffer_u32(&payload, file->entries[i].lead);
-        nsdf_buffer_u32(&payload, file->entries[i].trail);
+        nsdf_buffer_u32(&payload, (uint32_t)file->entries[i].lead);
+        nsdf_buffer_u32(&payload, (uint32_t)file->entries[i].trail);
         nsdf_buffer_u32(&payload, file->entries[i].fade);
         nsdf_buffer_f32(&payload, file->entries[i].smallest_piece);
         nsdf_buffer_u64(&payload, file->entries[i].offset);

@@ -1,0 +1,59 @@
+/* NSDF files cut, joined and put together again without coding anything anew.
+ *
+ *     nsdf_mux *whole = NULL, *more = NULL;
+ *     nsdf_mux_open(&whole, data, size, &err);
+ *     nsdf_mux_open(&more, other_data, other_size, &err);
+ *     nsdf_mux_append(whole, more, 2, &err);
+ *     nsdf_mux_write(whole, write, user, &err);
+ *     nsdf_mux_close(&more);
+ *     nsdf_mux_close(&whole);
+ *
+ * The rules of nsdf/encoder.h hold; after a failure the handle is as it was before the call.  Chunks that this version
+ * does not know stay where they are between the segments.
+ */
+#ifndef NSDF_MUX_H
+#define NSDF_MUX_H
+
+#include "nsdf/encoder.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+typedef struct nsdf_mux nsdf_mux;
+
+/* Takes a file apart; the bytes are copied.  Structure and checksums of all chunks are checked, parameters are not
+ * decoded.  Statuses as for nsdf_open_memory; the message names the byte. */
+NSDF_API NSDF_MUST_USE nsdf_status nsdf_mux_open(nsdf_mux **mux, const void *data, size_t size,
+                                                 nsdf_encoder_error *error);
+NSDF_API void nsdf_mux_close(nsdf_mux **mux);
+
+NSDF_API uint32_t nsdf_mux_frame_count(const nsdf_mux *mux);
+NSDF_API uint32_t nsdf_mux_segment_count(const nsdf_mux *mux);
+
+/* Puts the segments of `other` behind those of `mux`; the first frame of `other` takes the place of the last of `mux`.
+ * For the time of `fade` frames before and after it the surface goes over from one to the other, which needs models
+ * that reach so far (nsdf_encoder_options.lead and trail, or a cut); 0 = none.  Frame rate, box and domain must be the
+ * same: else NSDF_INVALID_ARGUMENT names what differs.  Errors that were measured are put together where both files
+ * have them for the same resolution, and left out otherwise; pairs of metadata of `other` are left out. */
+NSDF_API NSDF_MUST_USE nsdf_status nsdf_mux_append(nsdf_mux *mux, const nsdf_mux *other, uint32_t fade,
+                                                   nsdf_encoder_error *error);
+
+/* Makes the last frame stay for `frames` frames more.  Before an nsdf_mux_append of 1: no frame is lost. */
+NSDF_API NSDF_MUST_USE nsdf_status nsdf_mux_hold(nsdf_mux *mux, uint32_t frames, nsdf_encoder_error *error);
+
+/* Keeps frames first to last, which become 0 to last - first; segments outside go.  A cross-fade that is cut through is
+ * made as short as what is left of it.  Measured errors, which were those of all frames, go unless all stay. */
+NSDF_API NSDF_MUST_USE nsdf_status nsdf_mux_cut(nsdf_mux *mux, uint32_t first, uint32_t last,
+                                                nsdf_encoder_error *error);
+
+/* The file's bytes.  `write` returns 0, or nonzero to stop with NSDF_IO. */
+NSDF_API NSDF_MUST_USE nsdf_status nsdf_mux_write(const nsdf_mux *mux,
+                                                  int (*write)(void *user, const void *data, size_t size), void *user,
+                                                  nsdf_encoder_error *error);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif
