@@ -20,7 +20,9 @@ nsdf_encoder_options nsdf_block_options(const nsdf_encoder_options *options) {
 /* Control points are counted in frames of the sequence; where frames were left out, one for each that is there is the
  * most that they can tell. */
 static double knot_spacing(const nsdf_fit_job *job, double frames) {
-    const double gaps = (double)job->frame_count - 1.0, nominal = (double)job->header->frame_count - 1.0;
+    const nsdf_frame *all = job->frames->frames;
+    const double gaps = (double)job->frame_count - 1.0;
+    const double nominal = (double)all[job->frame_count - 1].number - all[0].number;
     const double spacing = nominal > 0.0 ? frames * gaps / nominal : 1.0;
     return gaps < nominal && frames > 0.0 && spacing < 1.0 ? 1.0 : spacing;
 }

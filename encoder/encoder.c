@@ -30,7 +30,8 @@ enum { MEND_ROUNDS = 3 };
 struct nsdf_encoder {
     nsdf_encoder_options options;
     nsdf_frames frames;
-    int ran; /* run was called */
+    nsdf_frames shown; /* those of them that the file's time reaches; borrowed, made by the run */
+    int ran;           /* run was called */
     nsdf_buffer file;
     nsdf_encoder_stats stats;
     /* The fitted network, for nsdf_encoder_recode. */
@@ -137,6 +138,36 @@ nsdf_status nsdf_encoder_resume(nsdf_encoder *encoder, const void *data, size_t 
     return nsdf_checkpoint_open(&encoder->checkpoint, data, size, &encoder->options, &encoder->frames, steps, error);
 }
 
+static uint32_t nominal_frames(const nsdf_frames *frames) {
+    return frames->frames[frames->count - 1].number - frames->frames[0].number + 1;
+}
+
+nsdf_status nsdf_encoder_set_part(nsdf_encoder *encoder, const nsdf_sequence_part *part, nsdf_encoder_error *error) {
+    if (!encoder || !part)
+        return nsdf_encoder_fail(error, NSDF_INVALID_ARGUMENT, "a NULL was given");
+    const nsdf_frames *frames = &encoder->frames;
+    if (encoder->ran || encoder->checkpoint.resumed.data || frames->count == 0)
+        return nsdf_encoder_fail(error, NSDF_INVALID_ARGUMENT,
+                                 "what part of a sequence it is has to be said once all frames are added, and before "
+                                 "a checkpoint or a run");
+    const uint64_t reach = (uint64_t)part->lead + part->trail;
+    const uint32_t first = frames->frames[0].number, last = frames->frames[frames->count - 1].number;
+    if (reach > last - first || part->lead > INT32_MAX || part->trail > INT32_MAX)
+        return nsdf_encoder_fail(error, NSDF_INVALID_ARGUMENT, "lead %u and trail %u leave none of %u frames",
+                                 part->lead, part->trail, nominal_frames(frames));
+    if (nsdf_frames_find(frames, first + part->lead) == frames->count ||
+        nsdf_frames_find(frames, last - part->trail) == frames->count)
+        return nsdf_encoder_fail(error, NSDF_INVALID_ARGUMENT,
+                                 "frames %u and %u, between which the part lies, have to be added", first + part->lead,
+                                 last - part->trail);
+    const nsdf_status status = nsdf_frames_set_box(&encoder->frames, part->box_min, part->box_max, error);
+    if (status == NSDF_OK) {
+        encoder->entry.lead = (int32_t)part->lead;
+        encoder->entry.trail = (int32_t)part->trail;
+    }
+    return status;
+}
+
 /* ---- Stages --------------------------------------------------------------------------------------------- */
 
 static uint64_t asked_size(const nsdf_encoder *e) {
@@ -144,6 +175,17 @@ static uint64_t asked_size(const nsdf_encoder *e) {
     const uint32_t gaps = e->header.frame_count > 1 ? e->header.frame_count - 1 : 1;
     const double seconds = (double)gaps * o->rate_den / o->rate_num;
     return o->target_bitrate > 0.0 ? (uint64_t)(o->target_bitrate * 125.0 * seconds) : o->target_size;
+}
+
+/* The frames without those that belong to other parts of the sequence. */
+static nsdf_frames shown_frames(const nsdf_encoder *e) {
+    nsdf_frames shown = e->frames;
+    const uint32_t first = e->frames.frames[0].number + (uint32_t)e->entry.lead;
+    const uint32_t last = e->frames.frames[e->frames.count - 1].number - (uint32_t)e->entry.trail;
+    const uint32_t from = nsdf_frames_find(&e->frames, first);
+    shown.frames += from;
+    shown.count = nsdf_frames_find(&e->frames, last) - from + 1;
+    return shown;
 }
 
 static nsdf_status prepare(run *r) {
@@ -154,7 +196,8 @@ static nsdf_status prepare(run *r) {
     nsdf_status status = nsdf_frames_normalise(frames, domain_margin, h, r->error);
     h->rate_num = o->rate_num;
     h->rate_den = o->rate_den;
-    h->frame_count = frames->frames[frames->count - 1].number - frames->frames[0].number + 1;
+    r->encoder->shown = shown_frames(r->encoder);
+    h->frame_count = nominal_frames(&r->encoder->shown);
     h->segment_count = 1;
     h->default_resolution = o->resolution;
     h->extraction_bound = provisional_bound;
@@ -243,7 +286,7 @@ static int has_target(const run *r) {
 
 static nsdf_status fit_to_target(run *r) {
     nsdf_encoder *e = r->encoder;
-    const nsdf_rate_job job = {fit_job(r), r->size, &e->entry, &e->stats};
+    const nsdf_rate_job job = {fit_job(r), r->size, &e->shown, &e->entry, &e->stats};
     nsdf_status status = NSDF_NO_MEMORY;
     e->entry.smallest_piece = smallest_piece(r); /* errors are measured without specks */
     if (uses_blocks(r))
@@ -324,12 +367,13 @@ static void forget_strays(run *r) {
 static nsdf_status verify(run *r, const nsdf_check_job *job) {
     nsdf_encoder *e = r->encoder;
     nsdf_piece_report pieces;
-    nsdf_status status = nsdf_verify_file(job, r->workers, &e->file, &e->quality, &pieces, r->strays, r->error);
+    nsdf_sample_set *strays = r->strays + (e->shown.frames - e->frames.frames);
+    nsdf_status status = nsdf_verify_file(job, r->workers, &e->file, &e->quality, &pieces, strays, r->error);
     if (status == NSDF_OK && can_leave_out(r, &pieces)) {
         forget_strays(r);
         status = assemble(r, NULL);
         if (status == NSDF_OK)
-            status = nsdf_verify_file(job, r->workers, &e->file, &e->quality, &pieces, r->strays, r->error);
+            status = nsdf_verify_file(job, r->workers, &e->file, &e->quality, &pieces, strays, r->error);
     }
     e->stats.stray_pieces = pieces.stray;
     return status;
@@ -338,7 +382,7 @@ static nsdf_status verify(run *r, const nsdf_check_job *job) {
 /* Finds the bound and, when verifying, the error. */
 static nsdf_status measure(run *r, double *seconds_bound) {
     nsdf_encoder *e = r->encoder;
-    nsdf_check_job job = {&e->frames, &e->header, &e->options, r->progress, r->user, r->start};
+    nsdf_check_job job = {&e->shown, &e->header, &e->options, r->progress, r->user, r->start};
     double began = nsdf_clock();
     nsdf_status status =
         nsdf_measure_bound(&job, &e->file, e->blocks.values != NULL, &e->header.extraction_bound, r->error);
@@ -481,7 +525,7 @@ nsdf_status nsdf_encoder_run(nsdf_encoder *encoder, nsdf_progress_fn progress, v
     else
         status = run_stages(&r);
     nsdf_encoder_stats *stats = &encoder->stats;
-    stats->frames = encoder->frames.count;
+    stats->frames = encoder->shown.count;
     stats->nominal_frames = encoder->header.frame_count;
     stats->triangles = encoder->frames.triangles;
     stats->diagonal = encoder->header.scale;

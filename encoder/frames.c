@@ -88,6 +88,25 @@ nsdf_status nsdf_frames_add(nsdf_frames *frames, uint32_t number, const nsdf_inp
     return NSDF_OK;
 }
 
+nsdf_status nsdf_frames_set_box(nsdf_frames *frames, const double box_min[3], const double box_max[3],
+                                nsdf_encoder_error *error) {
+    for (int k = 0; k < 3; k++)
+        if (!(box_min[k] <= frames->box_min[k] && box_max[k] >= frames->box_max[k]))
+            return nsdf_encoder_fail(error, NSDF_INVALID_ARGUMENT,
+                                     "the box goes from %g to %g along axis %d, the frames from %g to %g", box_min[k],
+                                     box_max[k], k, frames->box_min[k], frames->box_max[k]);
+    memcpy(frames->box_min, box_min, sizeof frames->box_min);
+    memcpy(frames->box_max, box_max, sizeof frames->box_max);
+    return NSDF_OK;
+}
+
+uint32_t nsdf_frames_find(const nsdf_frames *frames, uint32_t number) {
+    uint32_t i = 0;
+    while (i < frames->count && frames->frames[i].number != number)
+        i++;
+    return i;
+}
+
 /* ---- Normalising ---------------------------------------------------------------------------------------- */
 
 nsdf_status nsdf_frames_normalise(nsdf_frames *frames, double margin, nsdf_file_header *header,

@@ -37,6 +37,13 @@ nsdf_status nsdf_frames_add(nsdf_frames *frames, uint32_t number, const nsdf_inp
 nsdf_status nsdf_frames_normalise(nsdf_frames *frames, double margin, nsdf_file_header *header,
                                   nsdf_encoder_error *error);
 
+/* Takes a larger box for that of the frames.  Fails with NSDF_INVALID_ARGUMENT when it does not hold them. */
+nsdf_status nsdf_frames_set_box(nsdf_frames *frames, const double box_min[3], const double box_max[3],
+                                nsdf_encoder_error *error);
+
+/* Index of the frame with a number; frames->count when it was not added. */
+uint32_t nsdf_frames_find(const nsdf_frames *frames, uint32_t number);
+
 /* Decides a frame's sign rule, and turns its triangles round when they face inward.  Normalised surfaces; reads and
  * writes this frame only.  Returns 0, or -1 when memory ran out. */
 int nsdf_frame_orient(nsdf_frame *frame, int shell);

@@ -41,6 +41,15 @@ uint32_t nsdf_mux_segment_count(const nsdf_mux *mux) {
     return mux ? mux->header.segment_count : 0;
 }
 
+nsdf_status nsdf_mux_get_quality(const nsdf_mux *mux, nsdf_quality *quality) {
+    if (!mux || !quality || !mux->has_quality)
+        return NSDF_INVALID_ARGUMENT;
+    const nsdf_quality_record *q = &mux->quality;
+    *quality =
+        (nsdf_quality){q->mean[0], q->mean[1], q->rms[0], q->rms[1], q->max[0], q->max[1], q->resolution, q->frames};
+    return NSDF_OK;
+}
+
 /* ---- Joining ------------------------------------------------------------------------------------------------ */
 
 static nsdf_status expect_same(const nsdf_file_header *a, const nsdf_file_header *b, nsdf_encoder_error *error) {

@@ -24,7 +24,7 @@ int nsdf_rate_make_file(const nsdf_rate_job *job, const nsdf_coded_segment *segm
 
 nsdf_status nsdf_rate_quick_error(const nsdf_rate_job *job, const nsdf_buffer *file, double *mean,
                                   nsdf_encoder_error *error) {
-    const nsdf_frames *all = job->fit.frames;
+    const nsdf_frames *all = job->shown;
     nsdf_frame few[QUICK_FRAMES];
     nsdf_sample_set strays[QUICK_FRAMES];
     nsdf_frames some = *all;

@@ -9,6 +9,7 @@
 typedef struct nsdf_rate_job {
     nsdf_fit_job fit;              /* its options are those given */
     uint64_t size;                 /* that the file may have; 0 = the options' target_error counts */
+    const nsdf_frames *shown;      /* the frames that the file's time reaches, of those that are fitted */
     const nsdf_index_entry *entry; /* of the file's segment, as nsdf_assemble_file takes it */
     nsdf_encoder_stats *stats;     /* rounds are added */
 } nsdf_rate_job;

@@ -86,6 +86,16 @@ static uint64_t field_value(const nsdf_option_field *field, const nsdf_encoder_o
     return wide | narrow;
 }
 
+uint64_t nsdf_encoder_options_hash(const nsdf_encoder_options *options) {
+    uint64_t hash = nsdf_hash64(NSDF_HASH_START, nsdf_version_string(), strlen(nsdf_version_string()));
+    for (size_t i = 0; options && i < FIELDS; i++) {
+        const uint64_t value = field_value(&fields[i], options);
+        if (fields[i].offset != offsetof(nsdf_encoder_options, threads))
+            hash = nsdf_hash64(hash, &value, sizeof value);
+    }
+    return hash;
+}
+
 static double as_number(const nsdf_option_field *field, uint64_t value) {
     double number;
     memcpy(&number, &value, sizeof number);

@@ -1,10 +1,8 @@
 /* nsdf-enc: mesh sequence in, .nsdf file out. */
-#include "cli_list.h"
 #include "cli_util.h"
 #include "enc_checkpoint.h"
-#include "enc_options.h"
 #include "enc_report.h"
-#include "nsdf/sequence.h"
+#include "enc_segments.h"
 
 #include <stdio.h>
 #include <string.h>
@@ -69,37 +67,10 @@ static int on_progress(void *user, const nsdf_progress *p) {
     return NSDF_CONTINUE;
 }
 
-/* Which frames to fit.  With --frame-step the last one is always among them, so that no time is extrapolated. */
-static int choose_frames(const enc_options *o, uint32_t count, nsdf_cli_list *list) {
-    int code = o->frames ? nsdf_cli_list_parse(list, "--frames", o->frames, count) : nsdf_cli_list_all(list, count);
-    uint32_t kept = 0;
-    nsdf_cli_list_sort(list);
-    for (uint32_t i = 0; o->frame_step && i < list->count; i++)
-        if (i % o->frame_step == 0 || i + 1 == count)
-            list->numbers[kept++] = i;
-    if (o->frame_step)
-        list->count = kept;
-    return code;
-}
-
-static int load_frame(nsdf_encoder *encoder, nsdf_sequence *sequence, uint32_t index) {
-    nsdf_input_mesh mesh;
-    nsdf_encoder_error error;
-    if (nsdf_sequence_load(sequence, index, &mesh, &error) != NSDF_OK) {
-        nsdf_cli_error("%s", error.message); /* names the file */
-        return -1;
-    }
-    if (nsdf_encoder_add_frame(encoder, index, &mesh, &error) != NSDF_OK) {
-        nsdf_cli_error("%s: %s", nsdf_sequence_frame_path(sequence, index), error.message);
-        return -1;
-    }
-    return 0;
-}
-
 static int add_frames(const nsdf_cli_list *list, nsdf_encoder *encoder, nsdf_sequence *sequence) {
     for (uint32_t i = 0; i < list->count; i++) {
         nsdf_cli_progress("reading %u of %u", i + 1, list->count);
-        if (load_frame(encoder, sequence, list->numbers[i]) != 0)
+        if (enc_add_frame(encoder, sequence, list->numbers[i]) != 0)
             return -1;
         if (nsdf_cli_interrupts() > 0) {
             nsdf_cli_error("interrupted: nothing was written");
@@ -253,15 +224,55 @@ static int encode(const enc_options *o, nsdf_encoder *encoder, outputs *out) {
     return judge_target(o, &stats);
 }
 
+/* What goes with one fit only. */
+static int refuse_segments(const enc_options *o) {
+    if (!o->checkpoint && o->also_count == 0)
+        return 0;
+    return nsdf_cli_usage_error("--%s needs one fit, but so long a sequence is fitted in segments%s: --segment 0 fits "
+                                "all at once",
+                                o->checkpoint ? "checkpoint" : "also",
+                                o->checkpoint ? ", which are kept as they are done" : "");
+}
+
+static int encode_segments(const enc_options *o, nsdf_sequence *sequence, const nsdf_cli_list *list, outputs *out) {
+    enc_plan plan;
+    nsdf_encoder_stats stats;
+    int code = refuse_segments(o);
+    if (code != NSDF_CLI_SUCCESS)
+        return code;
+    if (enc_plan_make(&plan, o, sequence, list) != 0 || enc_segments_encode(&plan, &out->file, &stats) != 0 ||
+        (o->report && enc_report_write(&out->report, o, &stats, out->also_bytes, 0) != 0) || nsdf_cli_commit() != 0)
+        code = NSDF_CLI_FAILURE;
+    if (code == NSDF_CLI_SUCCESS) {
+        enc_segments_done(&plan);
+        summarise(o, &stats);
+        code = judge_target(o, &stats);
+    }
+    enc_plan_free(&plan);
+    return code;
+}
+
+/* The frames are in the encoder's hands once the sequence is closed. */
+static int encode_whole(const enc_options *o, nsdf_encoder *encoder, nsdf_sequence **sequence,
+                        const nsdf_cli_list *list, outputs *out) {
+    if (add_frames(list, encoder, *sequence) != 0)
+        return NSDF_CLI_FAILURE;
+    nsdf_sequence_close(sequence);
+    return encode(o, encoder, out);
+}
+
 /* Everything from open inputs on; out is released by the caller. */
 static int encode_sequence(const enc_options *o, nsdf_encoder *encoder, nsdf_sequence **sequence, outputs *out) {
     nsdf_cli_list list;
-    int code = choose_frames(o, nsdf_sequence_frame_count(*sequence), &list);
-    if (code == NSDF_CLI_SUCCESS && (open_outputs(o, out) != 0 || add_frames(&list, encoder, *sequence) != 0))
+    int code = enc_choose_frames(o, nsdf_sequence_frame_count(*sequence), &list);
+    const int segments = code == NSDF_CLI_SUCCESS ? enc_plan_needed(o, *sequence, &list) : 0;
+    if (code == NSDF_CLI_SUCCESS && (segments < 0 || open_outputs(o, out) != 0))
         code = NSDF_CLI_FAILURE;
+    if (code == NSDF_CLI_SUCCESS)
+        code = segments ? encode_segments(o, *sequence, &list, out) : encode_whole(o, encoder, sequence, &list, out);
     nsdf_cli_list_free(&list);
     nsdf_sequence_close(sequence);
-    return code == NSDF_CLI_SUCCESS ? encode(o, encoder, out) : code;
+    return code;
 }
 
 static int encode_inputs(const enc_options *o, nsdf_encoder *encoder) {

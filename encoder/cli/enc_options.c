@@ -24,6 +24,9 @@ static const char help_text[] =
     "      --bitrate KBPS       the same in kilobits (1000 bits) per second of the sequence\n"
     "      --max-error E        mean error that the file may have, fraction of the diagonal: with as few bytes as it\n"
     "                           takes; one of these three at most, and the exit code is 3 when it could not be met\n"
+    "      --segment SECONDS    fit stretches of this length apart and join them; 0 = all at once (default: long\n"
+    "                           sequences in stretches of up to 240 frames)\n"
+    "      --jobs N             stretches at a time, each in a process of its own (default 1)\n"
     "      --shell T            the surface is an open sheet: give it thickness T, in the input's units\n"
     "      --resolution N       resolution at which players extract by default, and at which the result is verified:\n"
     "                           cells along the longest side, 2 to 4096 (default 192)\n"
@@ -86,6 +89,8 @@ enum {
     OPT_SIZE,
     OPT_BITRATE,
     OPT_MAX_ERROR,
+    OPT_SEGMENT,
+    OPT_JOBS,
     OPT_SHELL,
     OPT_RESOLUTION,
     OPT_REPORT,
@@ -152,6 +157,8 @@ static const struct option long_options[] = {
     {"size", required_argument, NULL, OPT_SIZE},
     {"bitrate", required_argument, NULL, OPT_BITRATE},
     {"max-error", required_argument, NULL, OPT_MAX_ERROR},
+    {"segment", required_argument, NULL, OPT_SEGMENT},
+    {"jobs", required_argument, NULL, OPT_JOBS},
     {"shell", required_argument, NULL, OPT_SHELL},
     {"resolution", required_argument, NULL, OPT_RESOLUTION},
     {"smallest-piece", required_argument, NULL, OPT_SMALLEST_PIECE},
@@ -319,6 +326,12 @@ static int apply_general(enc_options *o, int code, const char *text) {
     case OPT_FRAMES:
         o->frames = text;
         return 0;
+    case OPT_SEGMENT:
+        return nsdf_cli_parse_double(text, &o->segment) == 0 && o->segment >= 0.0
+                   ? 0
+                   : bad_value(code, text, "a number of seconds from 0 up");
+    case OPT_JOBS:
+        return nsdf_cli_parse_u32(text, 1, 256, &o->jobs) == 0 ? 0 : bad_value(code, text, "a number from 1 to 256");
     case OPT_SHELL:
         return set_double(code, text, &e->shell);
     case OPT_RESOLUTION:
@@ -597,7 +610,8 @@ int enc_options_parse(enc_options *options, int argc, char **argv) {
     given g = {0, 0, 0};
     memset(options, 0, sizeof *options);
     options->preset = "medium";
-    options->checkpoint_every = -1.0;
+    options->checkpoint_every = options->segment = -1.0;
+    options->jobs = 1;
     nsdf_encoder_options_init(&options->encoder, NSDF_PRESET_MEDIUM);
     int done = pass(options, argc, argv, 1, &g);
     if (done < 0)

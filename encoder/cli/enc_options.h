@@ -22,6 +22,8 @@ typedef struct enc_options {
     double checkpoint_every; /* seconds; below 0 when not given */
     const char *frames;      /* list of frames to fit; NULL = all */
     uint32_t frame_step;     /* every so many frames and the last; 0 when not given */
+    double segment;          /* seconds; 0 = all in one, below 0 when not given */
+    uint32_t jobs;           /* segments at a time */
     enc_also also[ENC_MOST_ALSO];
     uint32_t also_count;
     int target; /* --size, --bitrate or --max-error: the option's code; 0 without any */

@@ -129,6 +129,9 @@ typedef struct nsdf_encoder_options {
 /* Sets every field for a preset. */
 NSDF_API void nsdf_encoder_options_init(nsdf_encoder_options *options, nsdf_preset preset);
 
+/* A hash of all options that a file depends on: equal for options that, with the same frames, give the same file. */
+NSDF_API uint64_t nsdf_encoder_options_hash(const nsdf_encoder_options *options);
+
 typedef struct nsdf_encoder_error {
     nsdf_status status;
     char message[240]; /* never empty after a failure */
@@ -151,6 +154,20 @@ NSDF_API void nsdf_encoder_close(nsdf_encoder **encoder);
  * the surface is interpolated there. */
 NSDF_API NSDF_MUST_USE nsdf_status nsdf_encoder_add_frame(nsdf_encoder *encoder, uint32_t frame,
                                                           const nsdf_input_mesh *mesh, nsdf_encoder_error *error);
+
+/* A stretch of a longer sequence, to be fitted apart and joined afterwards (nsdf/mux.h). */
+typedef struct nsdf_sequence_part {
+    /* So many frames at the beginning and at the end of those that were added belong to the stretches before and after
+     * this one: they are fitted, but the file's time does not reach them. */
+    uint32_t lead, trail;
+    double box_min[3], box_max[3]; /* of the whole sequence, world units: that of every part */
+} nsdf_sequence_part;
+
+/* To be called once all frames are added, before nsdf_encoder_resume and nsdf_encoder_run; time 0 is then `lead` frames
+ * behind the first added.  NSDF_INVALID_ARGUMENT when the box does not hold the frames that were added, or when the
+ * frame at time 0 or the last one was left out. */
+NSDF_API NSDF_MUST_USE nsdf_status nsdf_encoder_set_part(nsdf_encoder *encoder, const nsdf_sequence_part *part,
+                                                         nsdf_encoder_error *error);
 
 typedef enum nsdf_stage {
     NSDF_STAGE_SAMPLE = 0,

@@ -31,6 +31,9 @@ NSDF_API void nsdf_mux_close(nsdf_mux **mux);
 NSDF_API uint32_t nsdf_mux_frame_count(const nsdf_mux *mux);
 NSDF_API uint32_t nsdf_mux_segment_count(const nsdf_mux *mux);
 
+/* The errors that the encoder measured.  NSDF_INVALID_ARGUMENT when the file has none. */
+NSDF_API NSDF_MUST_USE nsdf_status nsdf_mux_get_quality(const nsdf_mux *mux, nsdf_quality *quality);
+
 /* Puts the segments of `other` behind those of `mux`; the first frame of `other` takes the place of the last of `mux`.
  * For the time of `fade` frames before and after it the surface goes over from one to the other, which needs models
  * that reach so far (nsdf_encoder_options.lead and trail, or a cut); 0 = none.  Frame rate, box and domain must be the

@@ -1,0 +1,169 @@
+#include "enc_plan.h"
+
+#include "cli_util.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* Bytes of a file beside what its segments' chunks and its index entries take: preamble, HEAD, INDX, QUAL, META and
+ * ENDF (spec, sections 3 to 8), and of an entry. */
+enum { FILE_BYTES = 16 + 148 + 28 + 76 + 39 + 20, ENTRY_BYTES = 48, AUTO_FRAMES = 240, AUTO_TRIANGLES = 60000000 };
+
+static double nominal_frames(const nsdf_cli_list *list) {
+    return (double)list->numbers[list->count - 1] - (double)list->numbers[0];
+}
+
+/* Frames that a segment of --segment seconds has, of those that are fitted; 0 = left to the plan. */
+static uint32_t most_frames(const enc_options *o, const nsdf_cli_list *list) {
+    if (!(o->segment > 0.0))
+        return o->segment == 0.0 ? list->count + 1 : 0;
+    const double nominal = o->segment * o->encoder.rate_num / o->encoder.rate_den;
+    const double frames = floor(nominal * (list->count - 1) / fmax(nominal_frames(list), 1.0) + 1e-6) + 1.0;
+    return frames < 2.0 ? 2 : frames > list->count ? list->count : (uint32_t)frames;
+}
+
+int enc_plan_needed(const enc_options *options, nsdf_sequence *sequence, const nsdf_cli_list *list) {
+    nsdf_input_mesh mesh;
+    nsdf_encoder_error error;
+    const uint32_t most = most_frames(options, list);
+    if (most > 0)
+        return list->count > most;
+    if (list->count > AUTO_FRAMES)
+        return 1;
+    if (nsdf_sequence_load(sequence, list->numbers[0], &mesh, &error) != NSDF_OK) {
+        nsdf_cli_error("%s", error.message);
+        return -1;
+    }
+    return (uint64_t)mesh.triangle_count * list->count > AUTO_TRIANGLES;
+}
+
+/* ---- Making ------------------------------------------------------------------------------------------------- */
+
+static int survey_frame(enc_plan *p, nsdf_survey *survey, uint32_t index) {
+    nsdf_input_mesh mesh;
+    nsdf_encoder_error error;
+    if (nsdf_sequence_load(p->sequence, index, &mesh, &error) != NSDF_OK) {
+        nsdf_cli_error("%s", error.message);
+        return -1;
+    }
+    if (nsdf_survey_add(survey, index, &mesh, &error) != NSDF_OK) {
+        nsdf_cli_error("%s: %s", nsdf_sequence_frame_path(p->sequence, index), error.message);
+        return -1;
+    }
+    p->triangles += mesh.triangle_count;
+    return 0;
+}
+
+static int survey_frames(enc_plan *p, nsdf_survey *survey) {
+    for (uint32_t i = 0; i < p->list->count; i++) {
+        nsdf_cli_progress("looking over frame %u of %u", i + 1, p->list->count);
+        if (survey_frame(p, survey, p->list->numbers[i]) != 0)
+            return -1;
+        if (nsdf_cli_interrupts() > 0) {
+            nsdf_cli_error("interrupted: nothing was written");
+            return -1;
+        }
+    }
+    return 0;
+}
+
+/* FNV-1a, 64 bits. */
+static uint64_t add_to_hash(uint64_t hash, const void *data, size_t size) {
+    for (const unsigned char *p = data, *end = p + size; p < end; p++)
+        hash = (hash ^ *p) * UINT64_C(0x100000001b3);
+    return hash;
+}
+
+static uint64_t hash_segment(const enc_plan *p, const nsdf_survey *survey, uint32_t segment) {
+    const nsdf_span *s = &p->spans[segment];
+    const nsdf_encoder_options options = enc_plan_options(p, segment);
+    const uint32_t first = s->first - s->lead, count = s->last + s->trail - first + 1;
+    uint64_t hash = nsdf_encoder_options_hash(&options);
+    const uint64_t frames = nsdf_survey_hash(survey, first, count);
+    hash = add_to_hash(hash, &frames, sizeof frames);
+    hash = add_to_hash(hash, &s->lead, sizeof s->lead);
+    hash = add_to_hash(hash, &s->trail, sizeof s->trail);
+    hash = add_to_hash(hash, p->box_min, sizeof p->box_min);
+    return add_to_hash(hash, p->box_max, sizeof p->box_max);
+}
+
+static int take_plan(enc_plan *p, nsdf_survey *survey) {
+    nsdf_encoder_error error;
+    nsdf_plan_options options;
+    const nsdf_span *spans;
+    nsdf_plan_options_init(&options);
+    options.most_frames = most_frames(p->options, p->list);
+    options.overlap = ENC_OVERLAP;
+    if (nsdf_survey_plan(survey, &options, &spans, &p->count, &error) != NSDF_OK ||
+        nsdf_survey_box(survey, p->box_min, p->box_max) != NSDF_OK) {
+        nsdf_cli_error("%s", error.message);
+        return -1;
+    }
+    p->spans = malloc(p->count * sizeof *p->spans);
+    p->hashes = malloc(p->count * sizeof *p->hashes);
+    if (!p->spans || !p->hashes) {
+        nsdf_cli_error("out of memory");
+        return -1;
+    }
+    memcpy(p->spans, spans, p->count * sizeof *spans);
+    for (uint32_t i = 0; i < p->count; i++)
+        p->hashes[i] = hash_segment(p, survey, i);
+    return 0;
+}
+
+int enc_plan_make(enc_plan *plan, const enc_options *options, nsdf_sequence *sequence, const nsdf_cli_list *list) {
+    nsdf_survey *survey = NULL;
+    nsdf_encoder_error error;
+    memset(plan, 0, sizeof *plan);
+    plan->options = options;
+    plan->sequence = sequence;
+    plan->list = list;
+    if (nsdf_survey_create(&survey, &error) != NSDF_OK) {
+        nsdf_cli_error("%s", error.message);
+        return -1;
+    }
+    const int failed = survey_frames(plan, survey) != 0 || take_plan(plan, survey) != 0;
+    nsdf_survey_close(&survey);
+    return failed ? -1 : 0;
+}
+
+void enc_plan_free(enc_plan *plan) {
+    free(plan->spans);
+    free(plan->hashes);
+    memset(plan, 0, sizeof *plan);
+}
+
+/* ---- Segments ----------------------------------------------------------------------------------------------- */
+
+/* The part of the whole time that lies before the place of a frame. */
+static double time_before(const enc_plan *p, uint32_t place) {
+    return ((double)p->list->numbers[place] - (double)p->list->numbers[0]) / fmax(nominal_frames(p->list), 1.0);
+}
+
+nsdf_encoder_options enc_plan_options(const enc_plan *plan, uint32_t segment) {
+    nsdf_encoder_options o = plan->options->encoder;
+    const nsdf_span *s = &plan->spans[segment];
+    const double from = time_before(plan, s->first), to = time_before(plan, s->last);
+    double size = (double)o.target_size;
+    if (o.target_bitrate > 0.0)
+        size = floor(125.0 * o.target_bitrate * nominal_frames(plan->list) * o.rate_den / o.rate_num);
+    if (!(size > 0.0))
+        return o;
+    /* Shares of consecutive segments add up; each file of one segment has the bytes of a file once more. */
+    const double segments = size - FILE_BYTES - (double)ENTRY_BYTES * plan->count;
+    const double share = floor(fmax(segments, 0.0) * to) - floor(fmax(segments, 0.0) * from);
+    o.target_bitrate = 0.0;
+    o.target_size = (uint64_t)fmax(share + FILE_BYTES + ENTRY_BYTES, 500.0);
+    return o;
+}
+
+uint32_t enc_plan_fade(const enc_plan *plan, uint32_t segment) {
+    if (segment == 0)
+        return 0;
+    const nsdf_span *s = &plan->spans[segment];
+    const uint32_t *numbers = plan->list->numbers;
+    const uint32_t before = numbers[s->first] - numbers[s->first - s->lead];
+    const uint32_t behind = numbers[s->first + plan->spans[segment - 1].trail] - numbers[s->first];
+    return before < behind ? before : behind;
+}

@@ -1,0 +1,64 @@
+/* Where a long sequence is cut into segments that are fitted apart.
+ *
+ *     nsdf_survey *survey = NULL;
+ *     nsdf_survey_create(&survey, &err);
+ *     for each frame: nsdf_survey_add(survey, frame_number, &mesh, &err);
+ *     nsdf_survey_plan(survey, &opts, &spans, &count, &err);
+ *     for each span: an encoder of its frames, with nsdf_encoder_set_part; files joined by nsdf_mux_append
+ *     nsdf_survey_close(&survey);
+ *
+ * A survey keeps some 100 bytes of each frame, so that the sequence may be of any length.  The rules of nsdf/encoder.h
+ * hold.
+ */
+#ifndef NSDF_SURVEY_H
+#define NSDF_SURVEY_H
+
+#include "nsdf/encoder.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+typedef struct nsdf_survey nsdf_survey;
+
+NSDF_API NSDF_MUST_USE nsdf_status nsdf_survey_create(nsdf_survey **survey, nsdf_encoder_error *error);
+NSDF_API void nsdf_survey_close(nsdf_survey **survey);
+
+/* Looks at a frame; numbers ascend.  Meshes are judged as by nsdf_encoder_add_frame. */
+NSDF_API NSDF_MUST_USE nsdf_status nsdf_survey_add(nsdf_survey *survey, uint32_t frame, const nsdf_input_mesh *mesh,
+                                                   nsdf_encoder_error *error);
+
+NSDF_API uint32_t nsdf_survey_frame_count(const nsdf_survey *survey);
+
+/* The box of all frames, world units.  NSDF_INVALID_ARGUMENT without frames. */
+NSDF_API NSDF_MUST_USE nsdf_status nsdf_survey_box(const nsdf_survey *survey, double box_min[3], double box_max[3]);
+
+/* A hash of the meshes of `count` frames in the order added, the first of them `first`: of what a fit depends on. */
+NSDF_API uint64_t nsdf_survey_hash(const nsdf_survey *survey, uint32_t first, uint32_t count);
+
+typedef struct nsdf_plan_options {
+    size_t struct_size;   /* set by nsdf_plan_options_init */
+    uint32_t most_frames; /* of a segment, 2 up; 0 (default) = 240, fewer where that would be more than 60 million
+                             triangles */
+    uint32_t overlap;     /* frames that neighbouring segments fit together on each side of a cut; default 2 */
+} nsdf_plan_options;
+
+NSDF_API void nsdf_plan_options_init(nsdf_plan_options *options);
+
+/* A segment: places of frames in the order added.  Consecutive spans share the frame of the cut. */
+typedef struct nsdf_span {
+    uint32_t first, last; /* the segment's own */
+    uint32_t lead, trail; /* frames more to be fitted before and behind them */
+} nsdf_span;
+
+/* As few segments of nearly the same length as most_frames allows, cut within a quarter of their length where the
+ * surface changes its topology or moves least.  *spans is the survey's, valid until the next call. */
+NSDF_API NSDF_MUST_USE nsdf_status nsdf_survey_plan(nsdf_survey *survey, const nsdf_plan_options *options,
+                                                    const nsdf_span **spans, uint32_t *count,
+                                                    nsdf_encoder_error *error);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif
