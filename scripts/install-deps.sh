@@ -8,7 +8,8 @@
 set -euo pipefail
 
 packages=(gcc g++ libc6-dev cmake ninja-build pkg-config zlib1g-dev libzstd-dev libcmocka-dev zstd
-          libgl-dev libglfw3-dev libosmesa6-dev libpng-dev libstb-dev xvfb xdotool libtinygltf-dev assimp-utils)
+          libgl-dev libglfw3-dev libosmesa6-dev libpng-dev libstb-dev xvfb xdotool libtinygltf-dev assimp-utils
+          libopenmpi-dev openmpi-bin)
 for option in "$@"; do
     case $option in
     --clang) packages+=(clang) ;;
@@ -31,6 +32,7 @@ if ! command -v dpkg-query >/dev/null || ! command -v apt-get >/dev/null; then
     echo "  a C11 compiler, CMake 3.25, Ninja or make, pkg-config, zlib, zstd, cmocka"
     echo "  for nsdf-play: GLFW 3.3, OSMesa, libpng, stb, OpenGL headers; for its tests Xvfb and xdotool"
     echo "  for glTF files: a C++ compiler and tinygltf; assimp for its tests"
+    echo "  for encoding on many machines: OpenMPI"
     echo "  for tests/bench: a C++17 compiler, Draco, OpenBLAS, gnuplot"
     exit 0
 fi

@@ -1,6 +1,7 @@
 /* nsdf-enc: mesh sequence in, .nsdf file out. */
 #include "cli_util.h"
 #include "enc_checkpoint.h"
+#include "enc_mpi.h"
 #include "enc_report.h"
 #include "enc_segments.h"
 
@@ -238,9 +239,11 @@ static int encode_segments(const enc_options *o, nsdf_sequence *sequence, const 
     enc_plan plan;
     nsdf_encoder_stats stats;
     int code = refuse_segments(o);
+    const int planned = code == NSDF_CLI_SUCCESS && enc_plan_make(&plan, o, sequence, list) == 0;
+    enc_mpi_announce(planned ? &plan : NULL);
     if (code != NSDF_CLI_SUCCESS)
         return code;
-    if (enc_plan_make(&plan, o, sequence, list) != 0 || enc_segments_encode(&plan, &out->file, &stats) != 0 ||
+    if (!planned || enc_segments_encode(&plan, &out->file, &stats) != 0 ||
         (o->report && enc_report_write(&out->report, o, &stats, out->also_bytes, 0) != 0) || nsdf_cli_commit() != 0)
         code = NSDF_CLI_FAILURE;
     if (code == NSDF_CLI_SUCCESS) {
@@ -255,21 +258,34 @@ static int encode_segments(const enc_options *o, nsdf_sequence *sequence, const 
 /* The frames are in the encoder's hands once the sequence is closed. */
 static int encode_whole(const enc_options *o, nsdf_encoder *encoder, nsdf_sequence **sequence,
                         const nsdf_cli_list *list, outputs *out) {
+    enc_mpi_announce(NULL);
     if (add_frames(list, encoder, *sequence) != 0)
         return NSDF_CLI_FAILURE;
     nsdf_sequence_close(sequence);
     return encode(o, encoder, out);
 }
 
+/* The chosen frames, in segments or not; `code` says whether they could be chosen. */
+static int encode_frames(const enc_options *o, nsdf_encoder *encoder, nsdf_sequence **sequence,
+                         const nsdf_cli_list *list, int code, outputs *out) {
+    const int segments = code == NSDF_CLI_SUCCESS ? enc_plan_needed(o, *sequence, list) : 0;
+    if (code == NSDF_CLI_SUCCESS && (segments < 0 || open_outputs(o, out) != 0))
+        code = NSDF_CLI_FAILURE;
+    if (code != NSDF_CLI_SUCCESS) {
+        enc_mpi_announce(NULL);
+        return code;
+    }
+    return segments ? encode_segments(o, *sequence, list, out) : encode_whole(o, encoder, sequence, list, out);
+}
+
 /* Everything from open inputs on; out is released by the caller. */
 static int encode_sequence(const enc_options *o, nsdf_encoder *encoder, nsdf_sequence **sequence, outputs *out) {
     nsdf_cli_list list;
     int code = enc_choose_frames(o, nsdf_sequence_frame_count(*sequence), &list);
-    const int segments = code == NSDF_CLI_SUCCESS ? enc_plan_needed(o, *sequence, &list) : 0;
-    if (code == NSDF_CLI_SUCCESS && (segments < 0 || open_outputs(o, out) != 0))
-        code = NSDF_CLI_FAILURE;
-    if (code == NSDF_CLI_SUCCESS)
-        code = segments ? encode_segments(o, *sequence, &list, out) : encode_whole(o, encoder, sequence, &list, out);
+    if (enc_mpi_rank() == 0)
+        code = encode_frames(o, encoder, sequence, &list, code, out);
+    else if (code == NSDF_CLI_SUCCESS)
+        code = enc_mpi_serve(o, *sequence, &list);
     nsdf_cli_list_free(&list);
     nsdf_sequence_close(sequence);
     return code;
@@ -295,14 +311,16 @@ int main(int argc, char **argv) {
     nsdf_encoder *encoder = NULL;
     nsdf_encoder_error error;
     nsdf_cli_begin("nsdf-enc");
+    if (enc_mpi_begin(&argc, &argv) != 0)
+        return NSDF_CLI_FAILURE;
     const int code = enc_options_parse(&options, argc, argv);
     if (code >= 0)
-        return code;
+        return enc_mpi_end(code);
     nsdf_cli_set_verbosity(options.quiet ? -1 : options.verbose);
     if (nsdf_encoder_create(&encoder, &options.encoder, &error) != NSDF_OK)
-        return nsdf_cli_usage_error("%s", error.message);
+        return enc_mpi_end(nsdf_cli_usage_error("%s", error.message));
     nsdf_cli_catch_signals();
     const int result = encode_inputs(&options, encoder);
     nsdf_encoder_close(&encoder);
-    return result;
+    return enc_mpi_end(result);
 }

@@ -27,6 +27,18 @@ int enc_parts_open(enc_parts *parts, const enc_plan *plan, const char *output) {
     return -1;
 }
 
+int enc_parts_open_temporary(enc_parts *parts) {
+    const char *root = getenv("TMPDIR");
+    const size_t size = (root ? strlen(root) : 0) + 64;
+    parts->folder = malloc(size);
+    if (parts->folder)
+        snprintf(parts->folder, size, "%s/nsdf-enc-XXXXXX", root && *root ? root : "/tmp");
+    if (parts->folder && mkdtemp(parts->folder))
+        return 0;
+    nsdf_cli_error("cannot make a folder like '%s': %s", parts->folder ? parts->folder : "", strerror(errno));
+    return -1;
+}
+
 void enc_parts_free(enc_parts *parts) {
     free(parts->folder);
     parts->folder = NULL;

@@ -12,6 +12,8 @@ typedef struct enc_parts {
 
 /* Makes the folder if it is not there.  0, or -1 after printing why; enc_parts_free in either case. */
 int enc_parts_open(enc_parts *parts, const enc_plan *plan, const char *output);
+/* The same in a folder of its own among the machine's temporary files; parts->plan is set. */
+int enc_parts_open_temporary(enc_parts *parts);
 void enc_parts_free(enc_parts *parts);
 
 /* What a segment gave. */

@@ -5,6 +5,7 @@
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
+#include <unistd.h>
 
 /* Bytes of a file beside what its segments' chunks and its index entries take: preamble, HEAD, INDX, QUAL, META and
  * ENDF (spec, sections 3 to 8), and of an entry. */
@@ -119,6 +120,7 @@ int enc_plan_make(enc_plan *plan, const enc_options *options, nsdf_sequence *seq
     plan->options = options;
     plan->sequence = sequence;
     plan->list = list;
+    plan->at_once = options->jobs;
     if (nsdf_survey_create(&survey, &error) != NSDF_OK) {
         nsdf_cli_error("%s", error.message);
         return -1;
@@ -141,11 +143,19 @@ static double time_before(const enc_plan *p, uint32_t place) {
     return ((double)p->list->numbers[place] - (double)p->list->numbers[0]) / fmax(nominal_frames(p->list), 1.0);
 }
 
+/* Processors for each of the segments that are fitted at a time. */
+static uint32_t threads_of(uint32_t at_once) {
+    const long cores = sysconf(_SC_NPROCESSORS_ONLN);
+    return cores > (long)at_once ? (uint32_t)(cores / (long)at_once) : 1;
+}
+
 nsdf_encoder_options enc_plan_options(const enc_plan *plan, uint32_t segment) {
     nsdf_encoder_options o = plan->options->encoder;
     const nsdf_span *s = &plan->spans[segment];
     const double from = time_before(plan, s->first), to = time_before(plan, s->last);
     double size = (double)o.target_size;
+    if (o.threads == 0 && plan->at_once > 1)
+        o.threads = threads_of(plan->at_once);
     if (o.target_bitrate > 0.0)
         size = floor(125.0 * o.target_bitrate * nominal_frames(plan->list) * o.rate_den / o.rate_num);
     if (!(size > 0.0))

@@ -17,6 +17,7 @@ typedef struct enc_plan {
     uint32_t count;
     double box_min[3], box_max[3];
     uint64_t triangles; /* in all frames */
+    uint32_t at_once;   /* segments that are fitted at a time on this machine, for sharing out its processors */
 } enc_plan;
 
 /* Whether the sequence is fitted in segments: --segment says so, or it is long.  0, 1, or -1 after printing why a frame

@@ -1,6 +1,6 @@
 #include "enc_segments.h"
 
-#include "enc_pool.h"
+#include "enc_mpi.h"
 #include "nsdf/mux.h"
 
 #include <math.h>
@@ -120,9 +120,8 @@ int enc_segments_encode(const enc_plan *plan, nsdf_cli_file *file, nsdf_encoder_
     nsdf_mux *whole = NULL;
     memset(stats, 0, sizeof *stats);
     nsdf_cli_verbose("%u segments, of %u frames on average", plan->count, plan->list->count / plan->count);
-    int failed = enc_parts_open(&parts, plan, plan->options->output) != 0 ||
-                 enc_pool_run(&parts, plan->options->jobs) != 0 || join_all(&parts, &whole, stats) != 0 ||
-                 write_whole(whole, file, &stats->file_size) != 0;
+    int failed = enc_parts_open(&parts, plan, plan->options->output) != 0 || enc_mpi_run(&parts) != 0 ||
+                 join_all(&parts, &whole, stats) != 0 || write_whole(whole, file, &stats->file_size) != 0;
     if (!failed)
         describe(plan, whole, stats);
     nsdf_mux_close(&whole);

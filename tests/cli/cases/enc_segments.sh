@@ -36,7 +36,7 @@ for ((i = 0; i < 600; i++)); do
 done
 kill -KILL "$child"
 wait "$pid" || give_up "did not survive a process of its own: $(<four.err)"
-grep -q "it is fitted again" four.err || give_up "says nothing of the process that died: $(<four.err)"
+grep -q "is fitted again" four.err || give_up "says nothing of the process that died: $(<four.err)"
 same out/one.nsdf out/four.nsdf
 no_leftovers out one.nsdf two.nsdf three.nsdf four.nsdf
 
