@@ -87,9 +87,10 @@ static void drop_file(GLFWwindow *window, int count, const char **paths) {
     if (count < 1)
         return;
     if (play_session_open(&opened, paths[0], a->options, &error) != 0) {
-        snprintf(text, sizeof text, "%.120s cannot be played:\n%s", play_file_name(paths[0]),
-                 error.message[0] ? error.message : nsdf_status_string(error.status));
+        const char *why = error.message[0] ? error.message : nsdf_status_string(error.status);
+        snprintf(text, sizeof text, "%.120s cannot be played:\n%s", play_file_name(paths[0]), why);
         say(a, text);
+        nsdf_cli_error("%s cannot be played: %s", paths[0], why);
         return;
     }
     play_session_close(&a->session);

@@ -1,13 +1,12 @@
 #!/usr/bin/env bash
-# Draws docs/figures/walker.png: a frame of the input, the same frame decoded, and a moment between two frames; and
-# docs/figures/player.png and heatmap.png, what nsdf-play shows.
-# usage: make-figures.sh [BIN_FOLDER]        default: build/bin; takes about two minutes
+# Draws the pictures of README.md and docs/ that show surfaces, with nsdf-play and from samples/walker.nsdf.
+# usage: make-figures.sh [BIN_FOLDER]        default: build/bin, which has its tests beside it
 set -euo pipefail
 
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 case ${1:-} in
 -h | --help)
-    sed -n '2,4s/^# //p' "${BASH_SOURCE[0]}"
+    sed -n '2,3s/^# //p' "${BASH_SOURCE[0]}"
     exit 0
     ;;
 esac
@@ -16,15 +15,24 @@ work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
 frames=48 fps=24 shown=14
 
-"$bin/nsdf-sample" walker --frames "$frames" --fps "$fps" --resolution 96 -o "$work/input"
-"$bin/nsdf-enc" --preset fast --fps "$fps" -o "$work/walker.nsdf" "$work/input"
-# At twice the frame rate, frame 2 i is frame i of the input, and frame 2 i + 1 was never in it.
-"$bin/nsdf-dec" -q --fps "$((2 * fps))" --frames "$((2 * shown)),$((2 * shown + 1))" -o "$work/decoded_%04d.obj" \
-    "$work/walker.nsdf"
-printf -v input_frame '%s/input/walker_%04d.obj' "$work" "$shown"
+# The frames that samples/walker.nsdf was made of (samples/README.md).
+"$bin/nsdf-sample" walker --frames "$frames" --fps "$fps" --resolution 64 -o "$work/input"
 mkdir -p "$root/docs/figures"
-"$bin/nsdf-render" --size 360 --turn 55 --colours c8c2b8,9fb8d0,a9c9a4 -o "$root/docs/figures/walker.png" \
-    "$input_frame" "$work"/decoded_*.obj
+# The input's frame and the same decoded; and half a frame later, where the input has nothing.
+"$bin/nsdf-play" -q --size 760x400 --frames "$shown" --camera 35,8 --compare "$work/input" \
+    --offscreen "$root/docs/figures/walker.png" "$root/samples/walker.nsdf"
+between=$(awk -v frame="$shown" -v fps="$fps" 'BEGIN { print (frame + 0.5) / fps }')
+"$bin/nsdf-play" -q --size 380x400 --times "$between" --camera 35,8 \
+    --offscreen "$root/docs/figures/between.png" "$root/samples/walker.nsdf"
+# The blocks take the place of every frame of the input, so that the player draws them.
+time=$(awk -v frame="$shown" -v fps="$fps" 'BEGIN { print frame / fps }')
+"$bin/../tests/draw_blocks" "$root/samples/walker.nsdf" "$time" "$work/blocks.obj" 0.36
+mkdir "$work/blocks"
+for ((i = 0; i < frames; i++)); do
+    ln -s "$work/blocks.obj" "$(printf '%s/blocks/%02d.obj' "$work" "$i")"
+done
+"$bin/nsdf-play" -q --size 760x400 --frames "$shown" --camera 35,8 --no-overlay --compare "$work/blocks" \
+    --offscreen "$root/docs/figures/blocks.png" "$root/samples/walker.nsdf"
 "$bin/nsdf-play" -q --size 960x400 --times 0.52 --camera 35,8 --overlay --offscreen "$root/docs/figures/player.png" \
     "$root/samples/walker.nsdf"
 "$bin/nsdf-play" -q --size 960x400 --frames "$shown" --camera 35,8 --compare "$work/input" --heatmap \

@@ -1,9 +1,9 @@
 #!/usr/bin/env bash
 # Plays a file in a window on a display of its own, works its keys and its mouse, and looks at pictures that it saves.
-# usage: window.sh NSDF_PLAY FILE WORK_FOLDER
+# usage: window.sh NSDF_PLAY FILE WORK_FOLDER [DROP_FILE]     DROP_FILE drops files on windows
 set -euo pipefail
 
-play=$1 file=$2 work=$3
+play=$1 file=$2 work=$3 drop=${4:-}
 # Mesa's driver leaves memory behind, also of a program that only opens a window, and cannot be named once it is
 # unloaded.
 export ASAN_OPTIONS="detect_leaks=0 ${ASAN_OPTIONS:-}"
@@ -182,6 +182,18 @@ code=0
 : >err
 start --size 320x240
 finish
+
+# A file is dropped on a window without one, and then one that is none: the first stays, and a message is shown.
+if [ -n "$drop" ]; then
+    start --paused --size 640x480 --resolution 48
+    "$drop" "$window" "$file" || give_up "the window does not take a file"
+    until_same dropped first
+    "$drop" "$window" "$PWD/broken.nsdf" || give_up "the window does not take a broken file"
+    until_same stayed dropped
+    [ "$(wc -l <err)" = 1 ] && grep -q 'broken.nsdf cannot be played: ' err || give_up "no message about a broken file"
+    : >err
+    finish
+fi
 code=0
 env -u DISPLAY -u WAYLAND_DISPLAY "$play" "$file" >out 2>err || code=$?
 [ "$code" = 1 ] && [ "$(wc -l <err)" = 1 ] && grep -q -e --offscreen err || give_up "without a display: $code"
