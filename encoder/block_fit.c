@@ -60,6 +60,7 @@ typedef struct {
     const float *active;
     double near_error;
     double began; /* nsdf_clock(), had there been no break */
+    nsdf_time_budget budget;
     nsdf_fit_result *result;
 } state;
 
@@ -116,6 +117,7 @@ static int create_state(state *s, const nsdf_fit_job *job, nsdf_block_model *mod
     s->model = model;
     s->result = result;
     s->began = nsdf_clock();
+    nsdf_budget_start(&s->budget, job->deadline, job->options->steps);
     s->passes = nsdf_block_passes_select();
     s->random = nsdf_random_start(job->options->seed, 3);
     s->slots = calloc(job->options->batch_frames, sizeof *s->slots);
@@ -282,7 +284,7 @@ static void state_fields(void *fitting, nsdf_fit_state *f) {
 
 static int report(const state *s, nsdf_fit_result *result) {
     const double now = nsdf_clock(), spent = now - s->began;
-    const double fraction = fmin(1.0, (double)result->steps / (double)s->job->options->steps);
+    const double fraction = fmin(1.0, (double)result->steps / (double)s->budget.steps);
     nsdf_progress p = {NSDF_STAGE_FIT,
                        fraction,
                        now - s->job->start_time,
@@ -300,13 +302,13 @@ static int save(state *s) {
 
 /* All steps that are left.  Returns what progress answered, or -1 on failure. */
 static int fit_steps(state *s, nsdf_fit_result *result) {
-    const uint64_t steps = s->job->options->steps;
     const nsdf_fit_control *control = s->job->control;
     const int tuning = control && control->tuning;
-    const uint64_t rounding_from = tuning ? 0 : (uint64_t)((1.0 - rounding_share) * (double)steps);
-    const uint64_t every = 1 + steps / STEERED;
     double reported = nsdf_clock();
-    while (result->steps < steps) {
+    while (result->steps < s->budget.steps) {
+        const uint64_t steps = nsdf_budget_plan(&s->budget, result->steps, nsdf_clock());
+        const uint64_t rounding_from = tuning ? 0 : (uint64_t)((1.0 - rounding_share) * (double)steps);
+        const uint64_t every = 1 + steps / STEERED;
         const double schedule = nsdf_rate_schedule(result->steps, steps, tuning ? tuning_peak : 1.0);
         const double rest_schedule = schedule * rest_share(result->steps, rounding_from);
         if (one_step(s, schedule, rest_schedule, result->steps >= rounding_from) != 0)

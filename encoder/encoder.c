@@ -120,9 +120,9 @@ nsdf_status nsdf_encoder_set_checkpoint(nsdf_encoder *encoder, double seconds, n
         return nsdf_encoder_fail(error, NSDF_INVALID_ARGUMENT, "%g seconds between checkpoints, expected 0 or more",
                                  seconds);
     const nsdf_encoder_options *o = &encoder->options;
-    if (o->target_size > 0 || o->target_bitrate > 0.0 || o->target_error > 0.0)
+    if (o->target_size > 0 || o->target_bitrate > 0.0 || o->target_error > 0.0 || o->time_budget > 0.0)
         return nsdf_encoder_fail(error, NSDF_INVALID_ARGUMENT,
-                                 "checkpoints are not made of fits to a size, a bitrate or an error");
+                                 "checkpoints are not made of fits to a size, a bitrate, an error or a time");
     encoder->checkpoint.save = save;
     encoder->checkpoint.user = user;
     encoder->checkpoint.seconds = seconds;
@@ -231,6 +231,13 @@ static nsdf_status sample(run *r) {
     return NSDF_OK;
 }
 
+/* When fitting should end for the run to take its time.  What follows it takes about twice as long as sampling did. */
+static double fit_deadline(const run *r) {
+    const nsdf_encoder *e = r->encoder;
+    const double reserve = (e->options.verify ? 2.0 : 0.7) * e->stats.seconds_sample;
+    return e->options.time_budget > 0.0 ? r->start + e->options.time_budget - reserve : 0.0;
+}
+
 static nsdf_fit_job fit_job(run *r) {
     nsdf_fit_job job = {&r->encoder->model,
                         &r->encoder->options,
@@ -244,7 +251,8 @@ static nsdf_fit_job fit_job(run *r) {
                         r->user,
                         r->start,
                         NULL,
-                        NULL};
+                        NULL,
+                        fit_deadline(r)};
     return job;
 }
 
@@ -486,7 +494,7 @@ static nsdf_status run_stages(run *r) {
     if (status == NSDF_OK)
         status = fit(r);
     stats->seconds_fit = nsdf_clock() - began;
-    int whole = r->fit.steps >= r->encoder->options.steps; /* not interrupted */
+    const int whole = r->encoder->options.time_budget > 0.0 || r->fit.steps >= r->encoder->options.steps;
     if (status == NSDF_OK)
         status = code_and_check(r);
     for (int round = 0; status == NSDF_OK && whole && worth_mending(r) && round < MEND_ROUNDS; round++)

@@ -173,6 +173,7 @@ static nsdf_status check_fitting(const nsdf_encoder_options *o, nsdf_encoder_err
         {"loss delta", o->loss_delta, 0, 10},
         {"loss slope", o->loss_slope, 1e-3, 1e9},
         {"steps", (double)o->steps, 1, 1e12},
+        {"time budget", o->time_budget, 0, 1e8},
         {"batch frames", o->batch_frames, 1, 4096},
         {"batch points", o->batch_points, 1, 1 << 20},
         {"steps of the blocks", (double)o->block_steps, 1, 1e12},
@@ -195,6 +196,8 @@ static const char *check_targets_together(const nsdf_encoder_options *o) {
         return "only one of target size, target bitrate and target error can be given";
     if (size + rate + wrong > 0 && (!o->quantise_aware || o->entropy != NSDF_CODER_RANGE || o->weight_bits >= 32.0))
         return "a target goes with the aware quantiser of 4 to 16 bits and the range coder only";
+    if (size + rate + wrong > 0 && o->time_budget > 0.0)
+        return "a time budget goes without a target";
     return wrong && !o->verify ? "a target error cannot be met without verifying" : NULL;
 }
 

@@ -70,6 +70,7 @@ typedef struct {
     uint32_t searched;      /* searches made */
     float *parameters;      /* that are fitted */
     double began;           /* nsdf_clock(), had there been no break */
+    nsdf_time_budget budget;
     nsdf_fit_result *result;
 } state;
 
@@ -113,6 +114,7 @@ static int create_state(state *s, const nsdf_fit_job *job, float *parameters, ns
     s->parameters = parameters;
     s->result = result;
     s->began = nsdf_clock();
+    nsdf_budget_start(&s->budget, job->deadline, o->steps);
     s->kernels = nsdf_fit_kernels_select();
     s->loss = (nsdf_loss_params){o->loss, (float)o->loss_d0, (float)o->loss_delta, (float)o->loss_slope};
     s->random = nsdf_random_start(o->seed, 2);
@@ -250,7 +252,7 @@ static void one_step(state *s, float *parameters, double rate, int rounding) {
 
 static int report(const state *s, uint64_t done, nsdf_fit_result *result) {
     const nsdf_fit_job *job = s->job;
-    double now = nsdf_clock(), spent = now - s->began, fraction = (double)done / (double)job->options->steps;
+    double now = nsdf_clock(), spent = now - s->began, fraction = fmin(1.0, (double)done / (double)s->budget.steps);
     nsdf_progress p = {NSDF_STAGE_FIT,
                        fraction,
                        now - job->start_time,
@@ -298,10 +300,11 @@ static int find_strays(state *s, const float *parameters, uint32_t resolution, n
     return nsdf_find_strays(&search, &result->strays);
 }
 
-static uint64_t rounding_start(const nsdf_encoder_options *o) {
+/* The step, of `steps`, from which on the batch sees rounded parameters. */
+static uint64_t rounding_start(const nsdf_encoder_options *o, uint64_t steps) {
     if (!o->quantise_aware || o->weight_bits >= 32.0)
         return UINT64_MAX;
-    return (uint64_t)((1.0 - quantise_aware_share) * (double)o->steps);
+    return (uint64_t)((1.0 - quantise_aware_share) * (double)steps);
 }
 
 /* ---- Checkpoints ---------------------------------------------------------------------------------------- */
@@ -359,20 +362,21 @@ static int save(state *s) {
 static int fit_steps(state *s, float *parameters, nsdf_fit_result *result) {
     const nsdf_encoder_options *o = s->job->options;
     nsdf_quantise_params quantise = {o->weight_bits, 0};
-    uint64_t rounding_from = rounding_start(o);
     double reported = nsdf_clock();
-    for (uint64_t step = result->steps; step < o->steps; step++) {
-        if (step == rounding_from)
+    for (uint64_t step = result->steps; step < s->budget.steps; step++) {
+        const uint64_t steps = nsdf_budget_plan(&s->budget, step, nsdf_clock());
+        const uint64_t rounding_from = rounding_start(o, steps);
+        if (step >= rounding_from && s->active != s->rounded)
             nsdf_choose_quantisers(s->job->model, &quantise, parameters);
         if (o->hard_samples && s->searched < SEARCHES && step > 0 &&
-            step == (uint64_t)(searches[s->searched].at * (double)o->steps) &&
+            step >= (uint64_t)(searches[s->searched].at * (double)steps) &&
             find_strays(s, s->active, searches[s->searched].resolution, result) != 0)
             return -1;
-        one_step(s, parameters, nsdf_rate_schedule(step, o->steps, o->learning_rate), step >= rounding_from);
+        one_step(s, parameters, nsdf_rate_schedule(step, steps, o->learning_rate), step >= rounding_from);
         count_step(s, result);
-        if (nsdf_checkpoint_due(s->job->checkpoint, step + 1 == o->steps) && save(s) != 0)
+        if (nsdf_checkpoint_due(s->job->checkpoint, step + 1 == s->budget.steps) && save(s) != 0)
             return -1;
-        if (nsdf_clock() - reported < 0.1 && step + 1 < o->steps)
+        if (nsdf_clock() - reported < 0.1 && step + 1 < s->budget.steps)
             continue;
         reported = nsdf_clock();
         int answer = report(s, step + 1, result);
@@ -385,18 +389,18 @@ static int fit_steps(state *s, float *parameters, nsdf_fit_result *result) {
 /* A few more steps at a low rate.  Returns the answer of the progress callback. */
 static int extra_steps(state *s, float *parameters, nsdf_fit_result *result) {
     const nsdf_encoder_options *o = s->job->options;
-    uint64_t steps = 1 + (uint64_t)(repair_share * (double)o->steps);
+    uint64_t steps = 1 + (uint64_t)(repair_share * (double)s->budget.steps);
     for (uint64_t step = 0; step < steps; step++) {
         one_step(s, parameters, nsdf_rate_schedule(step, steps, repair_rate * o->learning_rate),
-                 rounding_start(o) != UINT64_MAX);
+                 rounding_start(o, 0) != UINT64_MAX);
         count_step(s, result);
     }
-    return report(s, o->steps, result);
+    return report(s, s->budget.steps, result);
 }
 
 /* Searches, and fits a little more while anything is found. */
 static int repair(state *s, float *parameters, nsdf_fit_result *result) {
-    int rounding = rounding_start(s->job->options) != UINT64_MAX;
+    int rounding = rounding_start(s->job->options, 0) != UINT64_MAX;
     for (int round = 0; round < REPAIR_ROUNDS; round++) {
         if (rounding)
             nsdf_round_parameters(s->job->model, parameters, s->rounded);
@@ -457,7 +461,7 @@ int nsdf_fit_run(const nsdf_fit_job *job, float *parameters, nsdf_fit_result *re
     result->near_error = s.near_error;
     result->diverged = !all_finite(parameters, job->model->parameter_count);
     /* Stopped before rounding began, or raw values: the quantisers are still to be chosen. */
-    if (o->quantise_aware && result->steps <= rounding_start(o))
+    if (o->quantise_aware && result->steps <= rounding_start(o, s.budget.steps))
         nsdf_choose_quantisers(job->model, &quantise, parameters);
     free_state(&s);
     return answer < 0 ? -1 : 0;

@@ -6,6 +6,7 @@
 #include "frames.h"
 #include "quantise_model.h"
 #include "sampler.h"
+#include "time_budget.h"
 #include "workers.h"
 
 struct nsdf_checkpoint;
@@ -33,6 +34,8 @@ typedef struct nsdf_fit_job {
     double start_time;                  /* nsdf_clock() when the run began */
     struct nsdf_checkpoint *checkpoint; /* goes on where it was saved, and saves; NULL = neither */
     const nsdf_fit_control *control;    /* of blocks, which then are left unrounded; or NULL */
+    double deadline;                    /* nsdf_clock() when the last step should be made, instead of the options'
+                                           number of steps; 0 = none */
 } nsdf_fit_job;
 
 typedef struct nsdf_fit_result {

@@ -54,6 +54,7 @@ static const nsdf_option_field fields[] = {
     FIELD("loss delta", loss_delta, 1),
     FIELD("loss slope", loss_slope, 1),
     FIELD("steps", steps, 1),
+    FIELD("time budget", time_budget, 1),
     FIELD("batch frames", batch_frames, 1),
     FIELD("batch points", batch_points, 1),
     FIELD("learning rate", learning_rate, 1),

@@ -24,6 +24,7 @@ static const char help_text[] =
     "      --bitrate KBPS       the same in kilobits (1000 bits) per second of the sequence\n"
     "      --max-error E        mean error that the file may have, fraction of the diagonal: with as few bytes as it\n"
     "                           takes; one of these three at most, and the exit code is 3 when it could not be met\n"
+    "      --time SECONDS       that encoding should take, instead of the preset's number of steps\n"
     "      --segment SECONDS    fit stretches of this length apart and join them; 0 = all at once (default: long\n"
     "                           sequences in stretches of up to 240 frames)\n"
     "      --jobs N             stretches at a time, each in a process of its own (default 1)\n"
@@ -89,6 +90,7 @@ enum {
     OPT_SIZE,
     OPT_BITRATE,
     OPT_MAX_ERROR,
+    OPT_TIME,
     OPT_SEGMENT,
     OPT_JOBS,
     OPT_SHELL,
@@ -157,6 +159,7 @@ static const struct option long_options[] = {
     {"size", required_argument, NULL, OPT_SIZE},
     {"bitrate", required_argument, NULL, OPT_BITRATE},
     {"max-error", required_argument, NULL, OPT_MAX_ERROR},
+    {"time", required_argument, NULL, OPT_TIME},
     {"segment", required_argument, NULL, OPT_SEGMENT},
     {"jobs", required_argument, NULL, OPT_JOBS},
     {"shell", required_argument, NULL, OPT_SHELL},
@@ -326,6 +329,8 @@ static int apply_general(enc_options *o, int code, const char *text) {
     case OPT_FRAMES:
         o->frames = text;
         return 0;
+    case OPT_TIME:
+        return set_positive(code, text, &e->time_budget);
     case OPT_SEGMENT:
         return nsdf_cli_parse_double(text, &o->segment) == 0 && o->segment >= 0.0
                    ? 0
@@ -582,9 +587,9 @@ static int check_checkpoint(const enc_options *options) {
     const char *name = options->checkpoint;
     if (!name)
         return options->checkpoint_every < 0.0 ? -1 : nsdf_cli_usage_error("--checkpoint-every without --checkpoint");
-    if (options->target)
+    if (options->target || options->encoder.time_budget > 0.0)
         return nsdf_cli_usage_error("--checkpoint and --%s cannot be given together: its fits are not saved",
-                                    option_name(options->target));
+                                    option_name(options->target ? options->target : OPT_TIME));
     int same = strcmp(name, options->output) == 0 || (options->report && strcmp(name, options->report) == 0);
     for (uint32_t i = 0; i < options->also_count; i++)
         same |= strcmp(name, options->also[i].output) == 0;

@@ -158,6 +158,7 @@ nsdf_encoder_options enc_plan_options(const enc_plan *plan, uint32_t segment) {
         o.threads = threads_of(plan->at_once);
     if (o.target_bitrate > 0.0)
         size = floor(125.0 * o.target_bitrate * nominal_frames(plan->list) * o.rate_den / o.rate_num);
+    o.time_budget *= (double)plan->at_once / plan->count;
     if (!(size > 0.0))
         return o;
     /* Shares of consecutive segments add up; each file of one segment has the bytes of a file once more. */

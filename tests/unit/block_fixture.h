@@ -130,7 +130,7 @@ static inline void make_fit(fit_fixture *f, fixture *x, uint64_t steps) {
         nsdf_sdf_free(sdf);
     }
     f->job = (nsdf_fit_job){NULL,       &f->options, f->sets, x->u, SAMPLE_FRAMES, &x->frames, &f->header,
-                            x->workers, NULL,        NULL,    0.0,  NULL,          NULL};
+                            x->workers, NULL,        NULL,    0.0,  NULL,          NULL,       0.0};
 }
 
 static inline void free_fit(fit_fixture *f) {

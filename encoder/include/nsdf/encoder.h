@@ -100,9 +100,11 @@ typedef struct nsdf_encoder_options {
     /* fitting */
     nsdf_optimiser optimiser; /* default Muon, Adam for the thesis's preset */
     nsdf_loss loss;
-    double loss_d0;                      /* of the weighted loss, fraction of the diagonal */
-    double loss_delta, loss_slope;       /* delta (fraction of the diagonal) and s of the surface-sensitive loss */
-    uint64_t steps;                      /* of Adam */
+    double loss_d0;                /* of the weighted loss, fraction of the diagonal */
+    double loss_delta, loss_slope; /* delta (fraction of the diagonal) and s of the surface-sensitive loss */
+    uint64_t steps;                /* of Adam */
+    double time_budget;            /* seconds that the run should take, instead of a number of steps; the file then
+                                      depends on the machine, and there is no checkpoint; 0 = none */
     uint32_t batch_frames, batch_points; /* each step: so many frames, so many points of each */
     double learning_rate;
     /* coding */
