@@ -62,6 +62,8 @@ typedef struct nsdf_mesher_scratch {
     float distance[NSDF_MESHER_BATCH], gradient[3][NSDF_MESHER_BATCH];
     float travel[NSDF_MESHER_BATCH]; /* since the gradient was evaluated */
     float damping[NSDF_MESHER_BATCH];
+    float low[NSDF_MESHER_BATCH], high[NSDF_MESHER_BATCH];      /* of the part of a grid edge where the sign changes */
+    uint8_t axis[NSDF_MESHER_BATCH], inside[NSDF_MESHER_BATCH]; /* of that edge, and whether its low end is */
     uint32_t list[NSDF_MESHER_BATCH];
     uint64_t evaluated; /* points of vertices */
 } nsdf_mesher_scratch;

@@ -1,5 +1,6 @@
-/* Moves the vertices onto the zero set by Newton steps along the gradient, and makes the normals.  Each batch goes
- * through all steps on its own; a vertex takes part in an evaluation only while it needs it. */
+/* Moves the vertices onto the zero set by Newton steps along the gradient, those that such steps do not bring there by
+ * halving their grid edge, and makes the normals.  Each batch goes through all steps on its own; a vertex takes part in
+ * an evaluation only while it needs it. */
 #include "mesher_internal.h"
 
 #include <math.h>
@@ -127,6 +128,98 @@ static void project(const batch *b) {
     }
 }
 
+/* ---- Halving ----------------------------------------------------------------------------------------------- */
+
+/* Newton's steps fail at creases, and where the field jumps from one side of zero to the other.  On its grid edge the
+ * sign changes in any case: halving finds the place to a 2^22th of a cell, which no float tells from it. */
+enum { HALVINGS = 22 };
+/* In cells; nearer to a corner the vertices of its edges would fall together. */
+static const float edge_margin = 1e-4f;
+
+/* The grid edge on which vertex v was born: two of its coordinates are those of corners. */
+static void find_edge(const batch *b, uint32_t v) {
+    nsdf_mesher_scratch *s = b->s;
+    const nsdf_grid *grid = &b->mesher->grid;
+    float most = -1;
+    for (int a = 0; a < 3; a++) {
+        const float x = s->start[a][v], *corner = grid->corners[a];
+        const double place = ((double)x - (double)corner[0]) / grid->step;
+        uint32_t low = place > 0 ? (uint32_t)place : 0;
+        low = low < grid->cells[a] ? low : grid->cells[a] - 1;
+        low -= low > 0 && corner[low] > x;
+        low += low + 1 < grid->cells[a] && corner[low + 1] <= x;
+        const float off = fminf(x - corner[low], corner[low + 1] - x);
+        if (off <= most)
+            continue;
+        most = off;
+        s->axis[v] = (uint8_t)a;
+        s->low[v] = corner[low] + edge_margin * (float)grid->step;
+        s->high[v] = corner[low + 1] - edge_margin * (float)grid->step;
+    }
+}
+
+/* Evaluates each listed vertex at a place of its edge: its low end, its high end, or the middle. */
+enum { AT_LOW, AT_HIGH, AT_MIDDLE };
+
+static void evaluate_edges(const batch *b, uint32_t count, int where) {
+    nsdf_mesher_scratch *s = b->s;
+    for (uint32_t i = 0; i < count; i++) {
+        const uint32_t v = s->list[i];
+        for (int a = 0; a < 3; a++)
+            s->point[a][i] = s->start[a][v];
+        s->point[s->axis[v]][i] = where == AT_LOW    ? s->low[v]
+                                  : where == AT_HIGH ? s->high[v]
+                                                     : 0.5f * (s->low[v] + s->high[v]);
+    }
+    evaluate(b, count, (float *const[3]){NULL, NULL, NULL});
+}
+
+/* The vertices that Newton's steps have left off the surface; those without a usable gradient are. */
+static uint32_t list_left(const batch *b) {
+    uint32_t n = 0;
+    for (uint32_t v = 0; v < b->count; v++)
+        if (b->loose[v] != NSDF_VERTEX_ON_BORDER &&
+            (is_off_surface(b, v) || (!gradient_is_usable(squared_gradient(b->s, v)) && b->s->distance[v] != 0)))
+            b->s->list[n++] = v;
+    return n;
+}
+
+/* Keeps in the list the vertices with ends of both signs. */
+static uint32_t keep_changing(const batch *b, uint32_t count) {
+    nsdf_mesher_scratch *s = b->s;
+    uint32_t kept = 0;
+    evaluate_edges(b, count, AT_LOW);
+    for (uint32_t i = 0; i < count; i++)
+        s->inside[s->list[i]] = s->value[i] < 0;
+    evaluate_edges(b, count, AT_HIGH);
+    for (uint32_t i = 0; i < count; i++)
+        if ((s->value[i] < 0) != s->inside[s->list[i]])
+            s->list[kept++] = s->list[i];
+    return kept;
+}
+
+static void halve(const batch *b) {
+    nsdf_mesher_scratch *s = b->s;
+    uint32_t n = list_left(b);
+    for (uint32_t i = 0; i < n; i++)
+        find_edge(b, s->list[i]);
+    n = n > 0 ? keep_changing(b, n) : 0;
+    for (int k = 0; n > 0 && k < HALVINGS; k++) {
+        evaluate_edges(b, n, AT_MIDDLE);
+        for (uint32_t i = 0; i < n; i++) {
+            const uint32_t v = s->list[i];
+            *((s->value[i] < 0) == s->inside[v] ? &s->low[v] : &s->high[v]) = s->point[s->axis[v]][i];
+        }
+    }
+    for (uint32_t i = 0; i < n; i++) {
+        const uint32_t v = s->list[i];
+        for (int a = 0; a < 3; a++)
+            s->position[a][v] = s->start[a][v];
+        s->position[s->axis[v]][v] = 0.5f * (s->low[v] + s->high[v]);
+        s->travel[v] = INFINITY; /* its normal is made anew */
+    }
+}
+
 /* ---- Batches ----------------------------------------------------------------------------------------------- */
 
 static void load(const batch *b) {
@@ -185,6 +278,8 @@ static void finish_batch(void *data, uint32_t index, uint32_t worker) {
     if (job->projection > 0 || job->normals)
         evaluate_gradients(&b, list_free(&b, 0));
     project(&b);
+    if (job->projection > 0)
+        halve(&b);
     if (job->normals) {
         evaluate_gradients(&b, list_free(&b, stale_travel * (float)mesher->grid.step));
         store_normals(&b, loose);

@@ -27,5 +27,5 @@ for name in samba gears collision; do
     out=$work/$name-surfaces.nsdf
     "$build/bin/nsdf-enc" -q --preset fast -o "$out" "$work/$name"
     "$build/tests/check_surfaces" "$out" 128 1
-    "$build/tests/check_surfaces" "$out" 256 1 0.5
+    "$build/tests/check_surfaces" "$out" 256 1 0
 done

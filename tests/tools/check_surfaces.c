@@ -161,6 +161,25 @@ static void check_areas(checker *c, const nsdf_mesh_view *view) {
     c->smallest_area = fmin(c->smallest_area, least / (cell * cell));
 }
 
+/* Whether the field changes its sign within far_away of a vertex, along its gradient or an axis: it may jump there. */
+static int changes_sign(checker *c, nsdf_decoder *decoder, double t, const float at[3], double value,
+                        const float gradient[3]) {
+    float points[8][3], values[8];
+    const double x = (double)gradient[0], y = (double)gradient[1], z = (double)gradient[2];
+    const double reach = far_away * c->info.diagonal, length = fmax(sqrt(x * x + y * y + z * z), 1e-30);
+    for (int i = 0; i < 8; i++)
+        for (int a = 0; a < 3; a++) {
+            const double along = i < 6 ? (double)(i / 2 == a) : (double)gradient[a] / length;
+            points[i][a] = (float)((double)at[a] + (i % 2 ? reach : -reach) * along);
+        }
+    if (nsdf_evaluate(decoder, t, points[0], 8, values, NULL) != NSDF_OK)
+        stop("evaluation", NSDF_INTERNAL);
+    for (int i = 0; i < 8; i++)
+        if (((double)values[i] < 0.0) != (value < 0.0))
+            return 1;
+    return 0;
+}
+
 /* |f| / |gradient| is the distance to the zero set, as far as the field is linear there. */
 static void measure_distances(checker *c, nsdf_decoder *decoder, double t, const nsdf_mesh_view *view) {
     float *const memory = malloc(4 * (size_t)view->vertex_count * sizeof *memory + 1);
@@ -173,8 +192,10 @@ static void measure_distances(checker *c, nsdf_decoder *decoder, double t, const
     for (size_t i = 0; i < view->vertex_count; i++) {
         const double x = (double)gradient[3 * i], y = (double)gradient[3 * i + 1], z = (double)gradient[3 * i + 2];
         const double distance = fabs((double)memory[i]) / sqrt(x * x + y * y + z * z) / c->info.diagonal;
-        c->largest = fmax(c->largest, distance);
-        c->far += distance > far_away;
+        const int far = distance > far_away &&
+                        !changes_sign(c, decoder, t, view->positions + 3 * i, (double)memory[i], gradient + 3 * i);
+        c->far += far ? 1 : 0;
+        c->largest = fmax(c->largest, far || distance <= far_away ? distance : far_away);
     }
     free(memory);
 }
