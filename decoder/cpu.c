@@ -36,6 +36,12 @@ uint32_t nsdf_cpu_features(void) {
     return features;
 }
 
+#elif defined(__aarch64__)
+
+uint32_t nsdf_cpu_features(void) {
+    return NSDF_CPU_NEON; /* part of the architecture (Arm ARM, A1.5) */
+}
+
 #else
 
 uint32_t nsdf_cpu_features(void) {

@@ -8,5 +8,7 @@ const nsdf_net_kernels *nsdf_net_kernels_choose(uint32_t features) {
         chosen = nsdf_net_kernels_avx2();
     if ((features & NSDF_CPU_AVX512) && nsdf_net_kernels_avx512())
         chosen = nsdf_net_kernels_avx512();
+    if ((features & NSDF_CPU_NEON) && nsdf_net_kernels_neon())
+        chosen = nsdf_net_kernels_neon();
     return chosen;
 }

@@ -34,6 +34,7 @@ const nsdf_net_kernels *nsdf_net_kernels_choose(uint32_t features);
 const nsdf_net_kernels *nsdf_net_kernels_c(void);
 const nsdf_net_kernels *nsdf_net_kernels_avx2(void);   /* NULL where it cannot be built */
 const nsdf_net_kernels *nsdf_net_kernels_avx512(void); /* the same */
+const nsdf_net_kernels *nsdf_net_kernels_neon(void);
 
 /* Outputs are grouped into panels: eights, then at most one of four, then ones.  The height of the panel that starts
  * at an output with `left` outputs to go. */

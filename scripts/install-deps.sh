@@ -1,10 +1,11 @@
 #!/usr/bin/env bash
 # Installs what the build and the tests need, on Debian and its relatives; says what is needed elsewhere.
-# usage: install-deps.sh [--clang] [--bench] [--meshlab] [--gltf]
+# usage: install-deps.sh [--clang] [--bench] [--meshlab] [--gltf] [--arm]
 #   --clang     also the second compiler, for scripts/test.sh --all
 #   --bench     also what the programs in tests/bench compare with and draw with
 #   --meshlab   also what the test compare_meshlab compares with
 #   --gltf      also what the test gltf_elsewhere plays glTF files with
+#   --arm       also what the test arm builds and runs the decoder for 64-bit ARM with
 set -euo pipefail
 
 packages=(gcc g++ libc6-dev cmake ninja-build pkg-config zlib1g-dev libzstd-dev libcmocka-dev zstd
@@ -19,6 +20,7 @@ for option in "$@"; do
         # npm from elsewhere and Debian's exclude each other
         command -v npm >/dev/null || packages+=(nodejs npm)
         ;;
+    --arm) packages+=(gcc-aarch64-linux-gnu libc6-dev-arm64-cross qemu-user libcmocka-dev:arm64) ;;
     --bench) packages+=(draco libdraco-dev libopenblas-dev gnuplot-nox) ;;
     *)
         echo "install-deps: unknown option: $option" >&2
@@ -43,8 +45,8 @@ for package in "${packages[@]}"; do
     if [ "$package" = pkg-config ] && command -v pkg-config >/dev/null; then
         continue
     fi
-    status=$(dpkg-query -W -f='${db:Status-Status}' "$package" 2>/dev/null || true)
-    [ "$status" = installed ] || missing+=("$package")
+    # A package may be there for several architectures: a line for each.
+    dpkg-query -W -f='${db:Status-Status}\n' "$package" 2>/dev/null | grep -qx installed || missing+=("$package")
 done
 if [ "${#missing[@]}" -eq 0 ]; then
     echo "install-deps: everything is installed"
@@ -75,6 +77,9 @@ apt() {
     return 1
 }
 
+if [[ " ${missing[*]} " == *:arm64* ]]; then
+    "${as_root[@]}" dpkg --add-architecture arm64
+fi
 echo "install-deps: installing ${missing[*]}"
 apt -qq update
 apt -qq -y install --no-install-recommends "${missing[@]}" >/dev/null

@@ -38,7 +38,7 @@ static const char help[] =
     "      --dense           looks for the surface in every cell; slow\n"
     "      --all-pieces      keeps pieces smaller than the file says that any is: specks and bubbles\n"
     "      --threads N       threads, 1 to 256 (default 0: one per processor)\n"
-    "      --cpu-mask MASK   kernels that may be used: c, avx2, avx512, or a number of bits (default: all)\n"
+    "      --cpu-mask MASK   kernels that may be used: c, avx2, avx512, neon, or a number of bits (default: all)\n"
     "      --max-memory N    bytes that may be used; k, M and G stand for 1024, 1024^2, 1024^3 (default 1G)\n"
     "\n"
     "Instead of meshes\n"
@@ -127,9 +127,11 @@ static int parse_cpu_mask(const char *text, uint32_t *mask) {
         return *mask = NSDF_CPU_AVX2, NSDF_CLI_SUCCESS;
     if (strcmp(text, "avx512") == 0)
         return *mask = NSDF_CPU_AVX2 | NSDF_CPU_AVX512, NSDF_CLI_SUCCESS;
+    if (strcmp(text, "neon") == 0)
+        return *mask = NSDF_CPU_NEON, NSDF_CLI_SUCCESS;
     if (nsdf_cli_parse_u32(text, 0, UINT32_MAX, mask) == 0)
         return NSDF_CLI_SUCCESS;
-    return nsdf_cli_bad_value("--cpu-mask", text, "c, avx2, avx512 or a number");
+    return nsdf_cli_bad_value("--cpu-mask", text, "c, avx2, avx512, neon or a number");
 }
 
 static int set_action(dec_options *options, dec_action action) {

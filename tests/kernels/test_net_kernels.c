@@ -26,6 +26,8 @@ static int list_tables(const nsdf_net_kernels *tables[MAX_TABLES]) {
         tables[count++] = nsdf_net_kernels_avx2();
     if (features & NSDF_CPU_AVX512)
         tables[count++] = nsdf_net_kernels_avx512();
+    if (features & NSDF_CPU_NEON)
+        tables[count++] = nsdf_net_kernels_neon();
     return count;
 }
 
@@ -286,6 +288,8 @@ static void test_choice_follows_the_mask(void **state) {
         assert_string_equal(nsdf_net_kernels_choose(NSDF_CPU_AVX512)->name, "avx512");
         assert_string_equal(nsdf_net_kernels_choose(NSDF_CPU_AVX512 | NSDF_CPU_AVX2)->name, "avx512");
     }
+    if (nsdf_net_kernels_neon())
+        assert_string_equal(nsdf_net_kernels_choose(NSDF_CPU_NEON)->name, "neon");
 }
 
 int main(void) {

@@ -302,8 +302,10 @@ static void test_passes_of_all_instruction_sets_give_the_same_bits(void **state)
     enum { COUNT = 1000, BLOCKS = 60 };
     const nsdf_block_passes *sets[3] = {nsdf_block_passes_generic(), NULL, nsdf_block_passes_select()};
     (void)state;
+#if defined(__x86_64__)
     if (__builtin_cpu_supports("avx2"))
         sets[1] = nsdf_block_passes_avx2();
+#endif
     for (uint32_t degree = 0; degree <= 3; degree++) {
         fixture x = two_balls(BLOCKS, 2, degree);
         set_noise(&x);
