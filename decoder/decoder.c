@@ -230,6 +230,20 @@ static void fill_shape(const nsdf_segment *segment, nsdf_segment_info *info) {
         info->width = desc->layers[l].width > info->width ? desc->layers[l].width : info->width;
 }
 
+nsdf_status nsdf_get_segment_extent(const nsdf_decoder *decoder, uint32_t index, nsdf_segment_info *info) {
+    if (!decoder || !info || index >= decoder->stream.header.segment_count)
+        return NSDF_INVALID_ARGUMENT;
+    const nsdf_index_entry *entry = &decoder->stream.entries[index];
+    memset(info, 0, sizeof *info);
+    info->start = nsdf_stream_frame_time(&decoder->stream, entry->first_frame);
+    info->end = nsdf_stream_frame_time(&decoder->stream, entry->last_frame);
+    info->fade = nsdf_stream_frame_time(&decoder->stream, entry->fade);
+    info->smallest_piece = (double)entry->smallest_piece * decoder->stream.header.scale;
+    info->offset = entry->offset;
+    info->size = entry->size;
+    return NSDF_OK;
+}
+
 nsdf_status nsdf_get_segment_info(nsdf_decoder *decoder, uint32_t index, nsdf_segment_info *info) {
     if (!decoder)
         return NSDF_INVALID_ARGUMENT;
@@ -239,17 +253,10 @@ nsdf_status nsdf_get_segment_info(nsdf_decoder *decoder, uint32_t index, nsdf_se
     nsdf_status status = nsdf_handle_segment(decoder, index, &segment);
     if (status != NSDF_OK)
         return status;
-    const nsdf_index_entry *entry = &decoder->stream.entries[index];
-    memset(info, 0, sizeof *info);
-    info->start = nsdf_stream_frame_time(&decoder->stream, entry->first_frame);
-    info->end = nsdf_stream_frame_time(&decoder->stream, entry->last_frame);
-    info->fade = nsdf_stream_frame_time(&decoder->stream, entry->fade);
-    info->smallest_piece = (double)entry->smallest_piece * decoder->stream.header.scale;
-    info->offset = entry->offset;
-    info->size = entry->size;
+    status = nsdf_get_segment_extent(decoder, index, info);
     info->parameter_count = segment->parameter_count;
     fill_shape(segment, info);
-    return NSDF_OK;
+    return status;
 }
 
 nsdf_status nsdf_get_memory_use(const nsdf_decoder *decoder, nsdf_memory_use *use) {

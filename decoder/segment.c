@@ -171,7 +171,7 @@ nsdf_status nsdf_segment_load(const nsdf_stream *stream, uint32_t index, nsdf_me
     const nsdf_index_entry *entry = &stream->entries[index];
     nsdf_segment loaded = {.composed = -1.0};
     nsdf_chunk chunk;
-    nsdf_status status = nsdf_stream_chunk(stream, memory, entry->offset, &chunk, error);
+    nsdf_status status = nsdf_stream_segment(stream, memory, index, &chunk, error);
     if (status != NSDF_OK)
         return status;
     status = check_chunk(&chunk, entry, error);

@@ -80,6 +80,43 @@ nsdf_status nsdf_stream_chunk(const nsdf_stream *stream, nsdf_memory *memory, ui
     return NSDF_OK;
 }
 
+/* In one read, when the chunk's own header agrees; else its bytes are of no use. */
+static nsdf_status read_segment(const nsdf_stream *stream, nsdf_memory *memory, const nsdf_index_entry *entry,
+                                nsdf_chunk *chunk, nsdf_error *error) {
+    nsdf_fault fault = {0, NULL};
+    nsdf_status status = nsdf_memory_take(memory, entry->size, &chunk->owned);
+    if (status != NSDF_OK)
+        return nsdf_fail_memory(error, status, NSDF_CHUNK_SEGM, entry->offset, entry->size);
+    status = nsdf_source_read(&stream->source, entry->offset, chunk->owned, (size_t)entry->size, error);
+    if (status != NSDF_OK)
+        return status;
+    const uint8_t *bytes = chunk->owned;
+    if (nsdf_read_chunk_header(bytes, NSDF_CHUNK_HEADER_SIZE, &chunk->header, &fault) != NSDF_PARSE_OK ||
+        chunk->header.type != NSDF_CHUNK_SEGM || chunk->header.length + NSDF_CHUNK_OVERHEAD != entry->size) {
+        nsdf_chunk_free(memory, chunk);
+        return NSDF_OK;
+    }
+    chunk->payload = bytes + NSDF_CHUNK_HEADER_SIZE;
+    const nsdf_parse parse = nsdf_check_chunk(bytes, &chunk->header, &fault);
+    return parse == NSDF_PARSE_OK ? NSDF_OK : nsdf_fail_parse(error, parse, NSDF_CHUNK_SEGM, entry->offset, &fault);
+}
+
+nsdf_status nsdf_stream_segment(const nsdf_stream *stream, nsdf_memory *memory, uint32_t index, nsdf_chunk *chunk,
+                                nsdf_error *error) {
+    const nsdf_index_entry *entry = &stream->entries[index];
+    nsdf_chunk read = {.owned = NULL};
+    nsdf_status status = NSDF_OK;
+    if (!stream->source.memory)
+        status = read_segment(stream, memory, entry, &read, error);
+    if (status == NSDF_OK && !read.owned)
+        return nsdf_stream_chunk(stream, memory, entry->offset, chunk, error);
+    if (status == NSDF_OK)
+        *chunk = read;
+    else
+        nsdf_chunk_free(memory, &read);
+    return status;
+}
+
 void nsdf_chunk_free(nsdf_memory *memory, nsdf_chunk *chunk) {
     nsdf_memory_give(memory, chunk->owned);
     memset(chunk, 0, sizeof *chunk);

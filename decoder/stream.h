@@ -39,6 +39,10 @@ nsdf_status nsdf_stream_check_all(const nsdf_stream *stream, nsdf_memory *memory
 /* Reads a whole chunk and checks its CRC; nothing is allocated before its length is known to fit the file. */
 nsdf_status nsdf_stream_chunk(const nsdf_stream *stream, nsdf_memory *memory, uint64_t offset, nsdf_chunk *chunk,
                               nsdf_error *error);
+/* The chunk where the index has segment `index`: in a single read, because a read may be a round trip over a network.
+ * It may turn out to be of another type or length than the index says. */
+nsdf_status nsdf_stream_segment(const nsdf_stream *stream, nsdf_memory *memory, uint32_t index, nsdf_chunk *chunk,
+                                nsdf_error *error);
 void nsdf_chunk_free(nsdf_memory *memory, nsdf_chunk *chunk);
 
 /* Time of a nominal frame in seconds, rounded once as long as index * rate_den < 2^53. */

@@ -16,6 +16,7 @@ enum { SAMPLES = 4 };
 
 typedef struct job {
     const play_options *options;
+    nsdf_cli_input *input;
     nsdf_decoder *decoder;
     nsdf_info info;
     nsdf_cli_times times;
@@ -31,11 +32,12 @@ typedef struct job {
 
 static int report(const job *j, nsdf_status status) {
     nsdf_error error;
-    if (status == NSDF_CANCELLED) {
+    if (status == NSDF_CANCELLED || (status == NSDF_IO && nsdf_cli_interrupts() > 0)) {
         nsdf_cli_error("interrupted");
         return NSDF_CLI_FAILURE;
     }
     nsdf_cli_get_error(j->decoder, status, &error);
+    nsdf_cli_input_explain(j->input, &error);
     nsdf_cli_nsdf_error(j->options->input, &error);
     return NSDF_CLI_FAILURE;
 }
@@ -223,9 +225,10 @@ static int draw(job *j, play_offscreen_context **context) {
     return draw_film(j);
 }
 
-int play_offscreen_run(const play_options *options, nsdf_decoder *decoder) {
-    job j = {.options = options, .decoder = decoder, .to_stdout = strcmp(options->output, "-") == 0};
+int play_offscreen_run(const play_options *options, nsdf_cli_input *input, nsdf_decoder *decoder) {
+    job j = {.options = options, .input = input, .decoder = decoder};
     play_offscreen_context *context = NULL;
+    j.to_stdout = strcmp(options->output, "-") == 0;
     int result = nsdf_cli_pattern_parse(&j.pattern, options->output);
     if (result == NSDF_CLI_SUCCESS && nsdf_get_info(decoder, &j.info) != NSDF_OK)
         result = NSDF_CLI_FAILURE;

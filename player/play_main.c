@@ -3,6 +3,7 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "cli_input.h"
 #include "cli_util.h"
 #include "offscreen.h"
 #include "play_options.h"
@@ -12,18 +13,18 @@ static int draw_pictures(const play_options *options) {
     nsdf_decoder_options decoder_options;
     nsdf_decoder *decoder = NULL;
     nsdf_error error;
+    int result = NSDF_CLI_FAILURE;
     nsdf_decoder_options_init(&decoder_options);
     decoder_options.threads = options->threads;
-    if (nsdf_cli_is_folder(options->input)) {
-        nsdf_cli_error("%s: a folder, not an .nsdf file", options->input);
-        return NSDF_CLI_FAILURE;
-    }
-    if (nsdf_open_file(&decoder, options->input, &decoder_options, &error) != NSDF_OK) {
+    nsdf_cli_input *input = nsdf_cli_input_open(options->input, options->timeout, &error);
+    if (input && nsdf_cli_input_decoder(input, &decoder, &decoder_options, &error) == NSDF_OK)
+        result = play_offscreen_run(options, input, decoder);
+    else
         nsdf_cli_nsdf_error(options->input, &error);
-        return NSDF_CLI_FAILURE;
-    }
-    const int result = play_offscreen_run(options, decoder);
+    if (input)
+        nsdf_cli_input_report(input, options->statistics ? -1 : 1);
     nsdf_close(&decoder);
+    nsdf_cli_input_close(input);
     return result;
 }
 

@@ -5,6 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "cli_input.h"
 #include "cli_list.h"
 #include "cli_option.h"
 #include "cli_util.h"
@@ -17,6 +18,7 @@ static const char help[] =
     "       nsdf-play FILE.nsdf --offscreen out_%04d.png [options]\n"
     "\n"
     "Plays a moving surface in a window, or draws it into pictures without a display.\n"
+    "FILE.nsdf may be an http:// or https:// URL.\n"
     "\n"
     "Window (h shows the keys)\n"
     "      --at SECONDS      where to begin (default 0)\n"
@@ -25,7 +27,7 @@ static const char help[] =
     "      --paused          does not start by itself\n"
     "      --once            stops at the end; otherwise it begins again\n"
     "      --exit-after S    closes the window after so many seconds\n"
-    "      --statistics      prints at the end how punctual it was\n"
+    "      --statistics      prints at the end how punctual it was, and what was transferred\n"
     "\n"
     "Pictures\n"
     "      --offscreen OUT   out_%04d.png  one file per frame, numbered; out.png for a single frame\n"
@@ -53,6 +55,7 @@ static const char help[] =
     "      --resolution N    cells along the longest side of the box (default: a window finds the highest that is\n"
     "                        fast enough, up to the file's; pictures the file's)\n"
     "      --threads N       of the decoder, 1 to 256 (default 0: one per processor)\n"
+    "      --timeout S       seconds without a byte after which a server is given up (default 20)\n"
     "\n"
     "Messages\n"
     "  -q, --quiet           errors only\n"
@@ -97,6 +100,7 @@ enum {
     OPTION_SAMPLES,
     OPTION_RESOLUTION,
     OPTION_THREADS,
+    OPTION_TIMEOUT,
     OPTION_VERSION
 };
 
@@ -129,6 +133,7 @@ static const struct option long_options[] = {
     {"samples", required_argument, NULL, OPTION_SAMPLES},
     {"resolution", required_argument, NULL, OPTION_RESOLUTION},
     {"threads", required_argument, NULL, OPTION_THREADS},
+    {"timeout", required_argument, NULL, OPTION_TIMEOUT},
     {"quiet", no_argument, NULL, 'q'},
     {"verbose", no_argument, NULL, 'v'},
     {"help", no_argument, NULL, 'h'},
@@ -302,6 +307,8 @@ static int set_value(int option, const char *text, play_options *o) {
         return nsdf_cli_take_count("--resolution", text, 2, MOST_RESOLUTION, &o->resolution);
     case OPTION_THREADS:
         return nsdf_cli_take_count("--threads", text, 0, MOST_THREADS, &o->threads);
+    case OPTION_TIMEOUT:
+        return nsdf_cli_take_count("--timeout", text, 1, 86400, &o->timeout);
     default:
         return set_window_value(option, text, o);
     }
@@ -387,7 +394,8 @@ int play_options_parse(int argc, char **argv, play_options *options) {
                               .ground = 1,
                               .overlay = -1,
                               .speed = 1.0,
-                              .heatmap_max = 5e-3};
+                              .heatmap_max = 5e-3,
+                              .timeout = NSDF_CLI_TIMEOUT};
     opterr = 0;
     for (int option; (option = getopt_long(argc, argv, ":qvh", long_options, NULL)) != -1;) {
         int result = NSDF_CLI_SUCCESS;

@@ -25,6 +25,7 @@ typedef struct play_options {
     double speed, rate;                               /* rate of the window's frames; 0 = the file's */
     double at;                                        /* seconds at which a window begins */
     uint32_t resolution, threads;
+    uint32_t timeout;    /* seconds, of the network */
     const char *compare; /* folder, or NULL */
     int heatmap;
     double heatmap_max; /* as a fraction of the diagonal */

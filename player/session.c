@@ -7,11 +7,11 @@
 
 #include "view_setup.h"
 
-static nsdf_status open_decoder(nsdf_decoder **decoder, const char *path, uint32_t threads, nsdf_error *error) {
+static nsdf_status open_decoder(nsdf_cli_input *input, nsdf_decoder **decoder, uint32_t threads, nsdf_error *error) {
     nsdf_decoder_options options;
     nsdf_decoder_options_init(&options);
     options.threads = threads;
-    return nsdf_open_file(decoder, path, &options, error);
+    return nsdf_cli_input_decoder(input, decoder, &options, error);
 }
 
 static play_plan first_plan(const play_options *o, const nsdf_info *info) {
@@ -28,14 +28,14 @@ static play_plan first_plan(const play_options *o, const nsdf_info *info) {
     return plan;
 }
 
-int play_session_open(play_session *session, const char *path, const play_options *options, nsdf_error *error) {
+int play_session_open(play_session *session, const char *name, const play_options *options, nsdf_error *error) {
     play_session s = {.threads = options->threads, .ghost_time = -1.0};
-    const nsdf_status status = open_decoder(&s.decoder, path, s.threads, error);
-    if (status != NSDF_OK)
+    s.input = nsdf_cli_input_open(name, options->timeout, error);
+    if (!s.input || open_decoder(s.input, &s.decoder, s.threads, error) != NSDF_OK) {
+        nsdf_cli_input_close(s.input);
         return -1;
-    s.path = malloc(strlen(path) + 1);
-    if (s.path && nsdf_get_info(s.decoder, &s.info) == NSDF_OK) {
-        memcpy(s.path, path, strlen(path) + 1);
+    }
+    if (nsdf_get_info(s.decoder, &s.info) == NSDF_OK) {
         s.plan = first_plan(options, &s.info);
         s.queue = play_queue_create(s.decoder, &s.plan);
     }
@@ -44,17 +44,19 @@ int play_session_open(play_session *session, const char *path, const play_option
         return 0;
     }
     nsdf_close(&s.decoder);
-    free(s.path);
+    nsdf_cli_input_close(s.input);
     *error = (nsdf_error){.status = NSDF_NO_MEMORY, .message = "no memory, or no thread to decode with"};
     return -1;
 }
 
 void play_session_close(play_session *s) {
+    if (s->input)
+        nsdf_cli_input_cancel(s->input);
     play_queue_free(s->queue);
     play_queue_free(s->ghost_queue);
     nsdf_close(&s->decoder);
     nsdf_close(&s->ghost_decoder);
-    free(s->path);
+    nsdf_cli_input_close(s->input);
     memset(s, 0, sizeof *s);
 }
 
@@ -94,7 +96,7 @@ int play_session_show_ghost(play_session *s, int shown) {
     }
     if (s->ghost_queue)
         return 0;
-    if (open_decoder(&s->ghost_decoder, s->path, 1, &error) != NSDF_OK)
+    if (open_decoder(s->input, &s->ghost_decoder, 1, &error) != NSDF_OK)
         return -1;
     const play_plan plan = ghost_plan(s);
     s->ghost_queue = play_queue_create(s->ghost_decoder, &plan);

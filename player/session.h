@@ -2,11 +2,12 @@
 #ifndef PLAY_SESSION_H
 #define PLAY_SESSION_H
 
+#include "cli_input.h"
 #include "frame_queue.h"
 #include "play_options.h"
 
 typedef struct play_session {
-    char *path; /* owned */
+    nsdf_cli_input *input; /* NULL while no file is open */
     nsdf_info info;
     nsdf_decoder *decoder, *ghost_decoder;
     play_queue *queue, *ghost_queue; /* the ghost's are there while it is shown */
@@ -15,8 +16,8 @@ typedef struct play_session {
     double ghost_time;
 } play_session;
 
-/* Opens a file and begins to decode.  0, or -1 with *session untouched and *error saying why. */
-int play_session_open(play_session *session, const char *path, const play_options *options, nsdf_error *error);
+/* Opens a file or a URL and begins to decode.  0, or -1 with *session untouched and *error saying why. */
+int play_session_open(play_session *session, const char *name, const play_options *options, nsdf_error *error);
 void play_session_close(play_session *session);
 
 /* After a change of session->plan. */

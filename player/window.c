@@ -20,7 +20,7 @@ typedef struct app {
     const play_options *options;
     GLFWwindow *window;
     play_renderer *renderer;
-    play_session session; /* without a path until a file is open */
+    play_session session; /* without an input until a file is open */
     play_scene scene;
     play_overlay overlay;
     play_punctuality punctuality;
@@ -51,8 +51,9 @@ static void say(app *a, const char *text) {
 
 static void set_title(app *a) {
     char title[300];
-    snprintf(title, sizeof title, "%.250s - nsdf-play", a->session.path ? play_file_name(a->session.path) : "");
-    glfwSetWindowTitle(a->window, a->session.path ? title : "nsdf-play");
+    snprintf(title, sizeof title, "%.250s - nsdf-play",
+             a->session.input ? play_file_name(nsdf_cli_input_name(a->session.input)) : "");
+    glfwSetWindowTitle(a->window, a->session.input ? title : "nsdf-play");
 }
 
 static void forget_frames(app *a) {
@@ -281,7 +282,7 @@ static void on_key(GLFWwindow *window, int key, int code, int action, int mods) 
         return;
     a->message_until = 0.0;
     a->dirty = 1;
-    if (!general_key(a, key) && a->session.path)
+    if (!general_key(a, key) && a->session.input)
         play_key(a, key);
 }
 
@@ -298,7 +299,7 @@ static void on_button(GLFWwindow *window, int button, int action, int mods) {
     (void)mods;
     a->dragging = action == GLFW_PRESS ? button + 1 : 0;
     a->scrubbing = 0;
-    if (action == GLFW_PRESS && button == GLFW_MOUSE_BUTTON_LEFT && a->texts && a->session.path &&
+    if (action == GLFW_PRESS && button == GLFW_MOUSE_BUTTON_LEFT && a->texts && a->session.input &&
         play_hud_time_at(a->width, a->height, a->cursor_x, a->cursor_y) >= 0.0) {
         a->scrubbing = 1;
         scrub(a);
@@ -351,10 +352,10 @@ static void draw_texts(app *a, const play_frame *frame, double now) {
     const play_clock *c = &a->session.plan.clock;
     play_hud hud = {.help = a->help, .message = now < a->message_until ? a->message : NULL};
     play_overlay_clear(&a->overlay);
-    if (!a->session.path && !hud.message && !hud.help)
+    if (!a->session.input && !hud.message && !hud.help)
         hud.message = "Drop an .nsdf file here";
-    if (a->session.path && a->texts) {
-        hud.file = play_file_name(a->session.path);
+    if (a->session.input && a->texts) {
+        hud.file = play_file_name(nsdf_cli_input_name(a->session.input));
         hud.time = frame ? frame->time : play_clock_time(c, now);
         hud.duration = info->duration;
         hud.frame_count = info->frame_count;
@@ -376,7 +377,7 @@ static void draw_texts(app *a, const play_frame *frame, double now) {
 static int take_frames(app *a, double now, const play_frame **frame) {
     int another = 0;
     const double due = now + a->draw_seconds;
-    *frame = a->session.path ? play_queue_take(a->session.queue, due) : NULL;
+    *frame = a->session.input ? play_queue_take(a->session.queue, due) : NULL;
     if (*frame && (*frame)->number != a->shown) {
         play_renderer_set_mesh(a->renderer, PLAY_MESH_MAIN, &(*frame)->view);
         a->shown = (*frame)->number;
@@ -425,7 +426,7 @@ static void turn(app *a, double now) {
 }
 
 static void check_status(app *a) {
-    const nsdf_status status = a->session.path ? play_queue_get_state(a->session.queue).status : NSDF_OK;
+    const nsdf_status status = a->session.input ? play_queue_get_state(a->session.queue).status : NSDF_OK;
     if (status != NSDF_OK && nsdf_cli_clock() >= a->message_until)
         say(a, nsdf_status_string(status));
 }
@@ -517,10 +518,6 @@ static int open_input(app *a) {
     nsdf_error error;
     if (!a->options->input)
         return 0;
-    if (nsdf_cli_is_folder(a->options->input)) {
-        nsdf_cli_error("%s: a folder, not an .nsdf file", a->options->input);
-        return -1;
-    }
     if (play_session_open(&a->session, a->options->input, a->options, &error) == 0)
         return 0;
     nsdf_cli_nsdf_error(a->options->input, &error);
@@ -536,13 +533,14 @@ int play_window_run(const play_options *options) {
     if (open_input(&a) == 0 && create_window(&a) == 0) {
         result = NSDF_CLI_SUCCESS;
         nsdf_cli_catch_signals();
-        if (a.session.path)
+        if (a.session.input)
             start_file(&a);
         a.dirty = 1;
         run(&a);
-        if (options->statistics && a.session.path) {
+        if (options->statistics && a.session.input) {
             const play_queue_state state = play_queue_get_state(a.session.queue);
             play_punctuality_print(&a.punctuality, state.skipped, state.resolution, a.draw_seconds);
+            nsdf_cli_input_report(a.session.input, -1);
         }
     }
     play_session_close(&a.session);

@@ -10,7 +10,7 @@ set -euo pipefail
 
 packages=(gcc g++ libc6-dev cmake ninja-build pkg-config zlib1g-dev libzstd-dev libcmocka-dev zstd
           libgl-dev libglfw3-dev libosmesa6-dev libpng-dev libstb-dev xvfb xdotool libtinygltf-dev assimp-utils
-          libopenmpi-dev openmpi-bin)
+          libopenmpi-dev openmpi-bin libcurl4-openssl-dev)
 for option in "$@"; do
     case $option in
     --clang) packages+=(clang) ;;
@@ -32,6 +32,7 @@ done
 if ! command -v dpkg-query >/dev/null || ! command -v apt-get >/dev/null; then
     echo "install-deps: this is not Debian; please make sure that these are installed:"
     echo "  a C11 compiler, CMake 3.25, Ninja or make, pkg-config, zlib, zstd, cmocka"
+    echo "  for URLs: libcurl 7.85"
     echo "  for nsdf-play: GLFW 3.3, OSMesa, libpng, stb, OpenGL headers; for its tests Xvfb and xdotool"
     echo "  for glTF files: a C++ compiler and tinygltf; assimp for its tests"
     echo "  for encoding on many machines: OpenMPI"

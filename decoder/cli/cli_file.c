@@ -8,6 +8,7 @@
 #include <fcntl.h>
 #include <signal.h>
 #include <stdarg.h>
+#include <stdatomic.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -22,15 +23,15 @@ typedef struct temporary {
 
 static temporary *temporaries;
 static size_t temporary_count, temporary_capacity;
-static volatile sig_atomic_t signals_so_far;
+static atomic_int signals_so_far; /* written by the handler, read by any thread */
 static const int caught[] = {SIGINT, SIGTERM, SIGHUP};
 enum { CAUGHT = sizeof caught / sizeof *caught };
 
 /* ---- Signals ----------------------------------------------------------------------------------------------- */
 
 static void on_signal(int number) {
-    signals_so_far += number == SIGINT ? 1 : 2;
-    if (signals_so_far < MOST_SIGNALS)
+    const int more = number == SIGINT ? 1 : 2;
+    if (atomic_fetch_add(&signals_so_far, more) + more < MOST_SIGNALS)
         return;
     for (size_t i = 0; i < temporary_count; i++)
         unlink(temporaries[i].name);
@@ -53,7 +54,7 @@ void nsdf_cli_catch_signals(void) {
 }
 
 int nsdf_cli_interrupts(void) {
-    return signals_so_far;
+    return atomic_load(&signals_so_far);
 }
 
 int nsdf_cli_is_interrupted(void *unused) {

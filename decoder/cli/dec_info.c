@@ -3,10 +3,16 @@
 #include <stdio.h>
 #include <string.h>
 
+static nsdf_status get_segment(nsdf_decoder *decoder, uint32_t index, int load, nsdf_segment_info *info) {
+    return load ? nsdf_get_segment_info(decoder, index, info) : nsdf_get_segment_extent(decoder, index, info);
+}
+
 /* The number of parameters is known only when every segment was loaded. */
-static nsdf_status load_info(nsdf_decoder *decoder, nsdf_info *info) {
+static nsdf_status load_info(nsdf_decoder *decoder, int load, nsdf_info *info) {
     nsdf_segment_info segment;
     nsdf_status status = nsdf_get_info(decoder, info);
+    if (!load)
+        return status;
     for (uint32_t i = 0; status == NSDF_OK && i < info->segment_count; i++)
         status = nsdf_get_segment_info(decoder, i, &segment);
     return status == NSDF_OK ? nsdf_get_info(decoder, info) : status;
@@ -32,17 +38,19 @@ static void print_quality(const nsdf_quality *q) {
     printf("  decoded to input  %11.3e %11.3e %11.3e\n", q->mean_to_input, q->rms_to_input, q->max_to_input);
 }
 
-static nsdf_status print_segments(nsdf_decoder *decoder, uint32_t count) {
+static nsdf_status print_segments(nsdf_decoder *decoder, int load, uint32_t count) {
     printf("segments        %lu\n", (unsigned long)count);
-    printf("  no.     start s       end s       bytes  parameters  layers  width  coding\n");
+    printf("  no.     start s       end s       bytes%s\n", load ? "  parameters  layers  width  coding" : "");
     for (uint32_t i = 0; i < count; i++) {
         nsdf_segment_info s;
-        const nsdf_status status = nsdf_get_segment_info(decoder, i, &s);
+        const nsdf_status status = get_segment(decoder, i, load, &s);
         if (status != NSDF_OK)
             return status;
-        printf("  %3lu %11.6g %11.6g %11llu %11llu %7lu %6lu  %s\n", (unsigned long)i, s.start, s.end,
-               (unsigned long long)s.size, (unsigned long long)s.parameter_count, (unsigned long)s.layers,
-               (unsigned long)s.width, s.entropy);
+        printf("  %3lu %11.6g %11.6g %11llu", (unsigned long)i, s.start, s.end, (unsigned long long)s.size);
+        if (load)
+            printf(" %11llu %7lu %6lu  %s", (unsigned long long)s.parameter_count, (unsigned long)s.layers,
+                   (unsigned long)s.width, s.entropy);
+        printf("\n");
     }
     return NSDF_OK;
 }
@@ -67,9 +75,9 @@ static void print_box(const char *label, const double low[3], const double high[
     printf("%-15s (%g, %g, %g) to (%g, %g, %g)\n", label, low[0], low[1], low[2], high[0], high[1], high[2]);
 }
 
-nsdf_status dec_info_print(nsdf_decoder *decoder, const char *path) {
+nsdf_status dec_info_print(nsdf_decoder *decoder, const char *path, int load) {
     nsdf_info info;
-    nsdf_status status = load_info(decoder, &info);
+    nsdf_status status = load_info(decoder, load, &info);
     if (status != NSDF_OK)
         return status;
     printf("file            %s\n", path);
@@ -87,11 +95,12 @@ nsdf_status dec_info_print(nsdf_decoder *decoder, const char *path) {
     printf("resolution      %lu cells along the domain's longest side\n", (unsigned long)info.default_resolution);
     printf("bound           %g\n", info.extraction_bound);
     printf("smallest piece  %g\n", info.smallest_piece);
-    printf("parameters      %llu\n", (unsigned long long)info.parameter_count);
+    if (load)
+        printf("parameters      %llu\n", (unsigned long long)info.parameter_count);
     printf("hash            %016llx\n", (unsigned long long)info.parameter_hash);
     printf("kernels         %s\n", nsdf_kernel_name(decoder));
     print_quality(&info.quality);
-    status = print_segments(decoder, info.segment_count);
+    status = print_segments(decoder, load, info.segment_count);
     if (status == NSDF_OK)
         print_metadata(decoder);
     return status;
@@ -130,18 +139,23 @@ static void json_quality(const nsdf_quality *q) {
            q->rms_to_input, q->max_to_input);
 }
 
-static nsdf_status json_segments(nsdf_decoder *decoder, uint32_t count) {
+static void json_shape(const nsdf_segment_info *s) {
+    printf(", \"parameters\": %llu, \"layers\": %lu, \"width\": %lu, \"entropy\": ",
+           (unsigned long long)s->parameter_count, (unsigned long)s->layers, (unsigned long)s->width);
+    json_string(s->entropy);
+}
+
+static nsdf_status json_segments(nsdf_decoder *decoder, int load, uint32_t count) {
     printf("  \"segments\": [");
     for (uint32_t i = 0; i < count; i++) {
         nsdf_segment_info s;
-        const nsdf_status status = nsdf_get_segment_info(decoder, i, &s);
+        const nsdf_status status = get_segment(decoder, i, load, &s);
         if (status != NSDF_OK)
             return status;
-        printf("%s\n    {\"start\": %.17g, \"end\": %.17g, \"offset\": %llu, \"size\": %llu, \"parameters\": %llu, ",
-               i ? "," : "", s.start, s.end, (unsigned long long)s.offset, (unsigned long long)s.size,
-               (unsigned long long)s.parameter_count);
-        printf("\"layers\": %lu, \"width\": %lu, \"entropy\": ", (unsigned long)s.layers, (unsigned long)s.width);
-        json_string(s.entropy);
+        printf("%s\n    {\"start\": %.17g, \"end\": %.17g, \"offset\": %llu, \"size\": %llu", i ? "," : "", s.start,
+               s.end, (unsigned long long)s.offset, (unsigned long long)s.size);
+        if (load)
+            json_shape(&s);
         printf("}");
     }
     printf("\n  ],\n");
@@ -163,9 +177,9 @@ static void json_metadata(const nsdf_decoder *decoder) {
     printf("%s}\n", count ? "\n  " : "");
 }
 
-nsdf_status dec_info_print_json(nsdf_decoder *decoder, const char *path) {
+nsdf_status dec_info_print_json(nsdf_decoder *decoder, const char *path, int load) {
     nsdf_info info;
-    nsdf_status status = load_info(decoder, &info);
+    nsdf_status status = load_info(decoder, load, &info);
     if (status != NSDF_OK)
         return status;
     printf("{\n  \"file\": ");
@@ -183,11 +197,12 @@ nsdf_status dec_info_print_json(nsdf_decoder *decoder, const char *path) {
     printf("  \"resolution\": %lu,\n", (unsigned long)info.default_resolution);
     printf("  \"bound\": %.9g,\n", info.extraction_bound);
     printf("  \"smallest_piece\": %.9g,\n", info.smallest_piece);
-    printf("  \"parameters\": %llu,\n", (unsigned long long)info.parameter_count);
+    if (load)
+        printf("  \"parameters\": %llu,\n", (unsigned long long)info.parameter_count);
     printf("  \"hash\": \"%016llx\",\n", (unsigned long long)info.parameter_hash);
     printf("  \"kernels\": \"%s\",\n", nsdf_kernel_name(decoder));
     json_quality(&info.quality);
-    status = json_segments(decoder, info.segment_count);
+    status = json_segments(decoder, load, info.segment_count);
     if (status != NSDF_OK)
         return status;
     json_metadata(decoder);

@@ -4,6 +4,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "cli_input.h"
 #include "cli_util.h"
 #include "dec_bench.h"
 #include "dec_info.h"
@@ -19,22 +20,32 @@ static int print_error(const dec_options *options, const nsdf_error *error) {
     return NSDF_CLI_FAILURE;
 }
 
+/* What is decoded, and how. */
+typedef struct job {
+    const dec_options *options;
+    nsdf_cli_input *input;
+    nsdf_decoder *decoder;
+} job;
+
 /* A call on the handle failed; the details are kept there. */
-static int report(const dec_options *options, const nsdf_decoder *decoder, nsdf_status status) {
+static int report(const job *j, nsdf_status status) {
     nsdf_error error;
-    if (status == NSDF_CANCELLED) {
+    if (status == NSDF_CANCELLED || (status == NSDF_IO && nsdf_cli_interrupts() > 0)) {
         nsdf_cli_error("interrupted");
         return NSDF_CLI_FAILURE;
     }
-    nsdf_cli_get_error(decoder, status, &error);
-    return print_error(options, &error);
+    nsdf_cli_get_error(j->decoder, status, &error);
+    nsdf_cli_input_explain(j->input, &error);
+    return print_error(j->options, &error);
 }
 
-static void set_decoder_options(const dec_options *options, nsdf_decoder_options *out) {
+/* Checking all of a file would transfer all of it. */
+static void set_decoder_options(const job *j, nsdf_decoder_options *out) {
+    const dec_options *options = j->options;
     nsdf_decoder_options_init(out);
     out->threads = options->threads;
     out->cpu_mask = options->cpu_mask;
-    out->check_all = 1;
+    out->check_all = !nsdf_cli_input_is_remote(j->input);
     if (options->max_memory)
         out->max_memory = options->max_memory;
     if (options->resolution > out->max_resolution)
@@ -58,18 +69,17 @@ typedef struct tally {
     uint32_t frames, empty;
 } tally;
 
-static int extract_frame(const dec_options *options, nsdf_decoder *decoder, dec_output *output, double seconds,
-                         nsdf_mesh **mesh, tally *t) {
+static int extract_frame(const job *j, dec_output *output, double seconds, nsdf_mesh **mesh, tally *t) {
     nsdf_mesh_options mesh_options;
     nsdf_mesh_view view;
-    set_mesh_options(options, &mesh_options);
-    nsdf_status status = nsdf_extract_mesh(decoder, seconds, &mesh_options, mesh);
+    set_mesh_options(j->options, &mesh_options);
+    nsdf_status status = nsdf_extract_mesh(j->decoder, seconds, &mesh_options, mesh);
     if (status == NSDF_OK)
         status = nsdf_mesh_get_view(*mesh, &view);
     if (status == NSDF_OK && nsdf_cli_interrupts() > 0)
         status = NSDF_CANCELLED;
     if (status != NSDF_OK)
-        return report(options, decoder, status);
+        return report(j, status);
     if (view.vertex_count == 0 && t->empty++ == 0)
         t->first_empty = seconds;
     t->triangles += view.triangle_count;
@@ -78,14 +88,14 @@ static int extract_frame(const dec_options *options, nsdf_decoder *decoder, dec_
     return dec_output_write(output, t->frames++, seconds, &view);
 }
 
-static void summarise(const dec_options *options, const nsdf_decoder *decoder, const dec_output *output,
-                      const tally *t) {
+static void summarise(const job *j, const dec_output *output, const tally *t) {
+    const dec_options *options = j->options;
     nsdf_info info;
     const double elapsed = nsdf_cli_clock() - t->started;
     if (t->empty > 0)
         nsdf_cli_warn("%lu of %lu frames have no surface, the first at %.9g s", (unsigned long)t->empty,
                       (unsigned long)t->frames, t->first_empty);
-    if (nsdf_get_info(decoder, &info) != NSDF_OK)
+    if (nsdf_get_info(j->decoder, &info) != NSDF_OK)
         return;
     char *first = NULL, *last = NULL;
     if (output->kind == DEC_OUTPUT_FILES) {
@@ -104,75 +114,89 @@ static void summarise(const dec_options *options, const nsdf_decoder *decoder, c
 }
 
 /* Seconds from one frame to the next: one of --fps, or of those that were encoded. */
-static double film_interval(const dec_options *options, const nsdf_decoder *decoder) {
+static double film_interval(const job *j) {
+    const nsdf_cli_choice *choice = &j->options->choice;
     nsdf_info info;
-    if (options->choice.rate_num)
-        return (double)options->choice.rate_den / options->choice.rate_num;
-    return nsdf_get_info(decoder, &info) == NSDF_OK ? (double)info.rate_den / info.rate_num : 0.0;
+    if (choice->rate_num)
+        return (double)choice->rate_den / choice->rate_num;
+    return nsdf_get_info(j->decoder, &info) == NSDF_OK ? (double)info.rate_den / info.rate_num : 0.0;
 }
 
-static int extract_all(const dec_options *options, nsdf_decoder *decoder, dec_output *output,
-                       const nsdf_cli_times *times) {
+static int extract_all(const job *j, dec_output *output, const nsdf_cli_times *times) {
     nsdf_mesh *mesh = NULL;
     tally t = {.started = nsdf_cli_clock()};
     int result = dec_output_check_count(output, times->count);
     for (uint32_t i = 0; i < times->count && result == NSDF_CLI_SUCCESS; i++) {
         nsdf_cli_progress("frame %lu of %lu", (unsigned long)i + 1, (unsigned long)times->count);
-        result = extract_frame(options, decoder, output, times->seconds[i], &mesh, &t);
+        result = extract_frame(j, output, times->seconds[i], &mesh, &t);
     }
     nsdf_mesh_free(&mesh);
     if (result == NSDF_CLI_SUCCESS)
-        result = dec_output_finish(output, film_interval(options, decoder));
+        result = dec_output_finish(output, film_interval(j));
     if (result == NSDF_CLI_SUCCESS && nsdf_cli_commit() != 0)
         result = NSDF_CLI_FAILURE;
     if (result == NSDF_CLI_SUCCESS)
-        summarise(options, decoder, output, &t);
+        summarise(j, output, &t);
     return result;
 }
 
 /* ---- Other actions ----------------------------------------------------------------------------------------- */
 
-static int verify(const dec_options *options, nsdf_decoder *decoder) {
+static int verify(const job *j) {
     nsdf_info info;
-    nsdf_status status = nsdf_verify(decoder);
+    nsdf_status status = nsdf_verify(j->decoder);
     if (status == NSDF_OK)
-        status = nsdf_get_info(decoder, &info);
+        status = nsdf_get_info(j->decoder, &info);
     if (status != NSDF_OK)
-        return report(options, decoder, status);
-    printf("%s: ok (%lu frames, %lu segments, %llu parameters, hash %016llx)\n", options->input,
+        return report(j, status);
+    printf("%s: ok (%lu frames, %lu segments, %llu parameters, hash %016llx)\n", j->options->input,
            (unsigned long)info.frame_count, (unsigned long)info.segment_count, (unsigned long long)info.parameter_count,
            (unsigned long long)info.parameter_hash);
     return NSDF_CLI_SUCCESS;
 }
 
-static int bench(const dec_options *options, nsdf_decoder *decoder, const nsdf_cli_times *times) {
+static int bench(const job *j, const nsdf_cli_times *times) {
     nsdf_decoder_options open_options;
     nsdf_mesh_options mesh_options;
-    set_decoder_options(options, &open_options);
-    set_mesh_options(options, &mesh_options);
-    const nsdf_status status = dec_bench_run(decoder, options, &open_options, &mesh_options, times);
-    return status == NSDF_OK ? NSDF_CLI_SUCCESS : report(options, decoder, status);
+    set_decoder_options(j, &open_options);
+    set_mesh_options(j->options, &mesh_options);
+    const nsdf_status status = dec_bench_run(j->decoder, j->input, j->options, &open_options, &mesh_options, times);
+    return status == NSDF_OK ? NSDF_CLI_SUCCESS : report(j, status);
 }
 
-static int decode_times(const dec_options *options, nsdf_decoder *decoder, dec_output *output) {
+static int decode_times(const job *j, dec_output *output) {
     nsdf_cli_times times;
-    int result = nsdf_cli_times_choose(&options->choice, decoder, &times);
+    int result = nsdf_cli_times_choose(&j->options->choice, j->decoder, &times);
     if (result == NSDF_CLI_SUCCESS)
-        result = options->action == DEC_BENCH ? bench(options, decoder, &times)
-                                              : extract_all(options, decoder, output, &times);
+        result = j->options->action == DEC_BENCH ? bench(j, &times) : extract_all(j, output, &times);
     nsdf_cli_times_free(&times);
     return result;
 }
 
-static int info(const dec_options *options, nsdf_decoder *decoder) {
+static int info(const job *j) {
+    const int load = !nsdf_cli_input_is_remote(j->input);
+    const char *name = j->options->input;
     const nsdf_status status =
-        options->json ? dec_info_print_json(decoder, options->input) : dec_info_print(decoder, options->input);
-    return status == NSDF_OK ? NSDF_CLI_SUCCESS : report(options, decoder, status);
+        j->options->json ? dec_info_print_json(j->decoder, name, load) : dec_info_print(j->decoder, name, load);
+    return status == NSDF_OK ? NSDF_CLI_SUCCESS : report(j, status);
+}
+
+static int act(job *j, dec_output *output) {
+    nsdf_decoder_options decoder_options;
+    nsdf_error error;
+    set_decoder_options(j, &decoder_options);
+    if (nsdf_cli_input_decoder(j->input, &j->decoder, &decoder_options, &error) != NSDF_OK)
+        return print_error(j->options, &error);
+    nsdf_cli_verbose("%s kernels", nsdf_kernel_name(j->decoder));
+    const dec_action action = j->options->action;
+    const int result = action == DEC_INFO ? info(j) : action == DEC_VERIFY ? verify(j) : decode_times(j, output);
+    nsdf_cli_input_report(j->input, action == DEC_BENCH ? 0 : 1);
+    nsdf_close(&j->decoder);
+    return result;
 }
 
 static int run(const dec_options *options) {
-    nsdf_decoder_options decoder_options;
-    nsdf_decoder *decoder = NULL;
+    job j = {.options = options};
     nsdf_error error;
     dec_output output = {.film = NULL};
     if (options->action == DEC_NOTHING)
@@ -183,18 +207,9 @@ static int run(const dec_options *options) {
             return result;
         nsdf_cli_catch_signals();
     }
-    set_decoder_options(options, &decoder_options);
-    if (nsdf_cli_is_folder(options->input)) {
-        nsdf_cli_error("%s: a folder, not an .nsdf file", options->input);
-        return NSDF_CLI_FAILURE;
-    }
-    if (nsdf_open_file(&decoder, options->input, &decoder_options, &error) != NSDF_OK)
-        return print_error(options, &error);
-    nsdf_cli_verbose("%s kernels", nsdf_kernel_name(decoder));
-    const int result = options->action == DEC_INFO     ? info(options, decoder)
-                       : options->action == DEC_VERIFY ? verify(options, decoder)
-                                                       : decode_times(options, decoder, &output);
-    nsdf_close(&decoder);
+    j.input = nsdf_cli_input_open(options->input, options->timeout, &error);
+    const int result = j.input ? act(&j, &output) : print_error(options, &error);
+    nsdf_cli_input_close(j.input);
     return result;
 }
 

@@ -3,6 +3,7 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "cli_input.h"
 #include "cli_option.h"
 #include "cli_util.h"
 
@@ -12,7 +13,7 @@ static const char help[] =
     "Usage: nsdf-dec [options] FILE.nsdf -o OUT\n"
     "       nsdf-dec --info [--json] | --verify | --bench [options] FILE.nsdf\n"
     "\n"
-    "Rebuilds the triangle meshes of a moving surface from an .nsdf file.\n"
+    "Rebuilds the triangle meshes of a moving surface from an .nsdf file, which may be an http:// or https:// URL.\n"
     "\n"
     "Output\n"
     "  -o, --output OUT      where the meshes go:\n"
@@ -40,6 +41,7 @@ static const char help[] =
     "      --threads N       threads, 1 to 256 (default 0: one per processor)\n"
     "      --cpu-mask MASK   kernels that may be used: c, avx2, avx512, neon, or a number of bits (default: all)\n"
     "      --max-memory N    bytes that may be used; k, M and G stand for 1024, 1024^2, 1024^3 (default 1G)\n"
+    "      --timeout S       seconds without a byte after which a server is given up (default 20)\n"
     "\n"
     "Instead of meshes\n"
     "      --info            prints what is in the file\n"
@@ -75,6 +77,7 @@ enum {
     OPTION_THREADS,
     OPTION_CPU_MASK,
     OPTION_MAX_MEMORY,
+    OPTION_TIMEOUT,
     OPTION_INFO,
     OPTION_JSON,
     OPTION_VERIFY,
@@ -97,6 +100,7 @@ static const struct option long_options[] = {
     {"threads", required_argument, NULL, OPTION_THREADS},
     {"cpu-mask", required_argument, NULL, OPTION_CPU_MASK},
     {"max-memory", required_argument, NULL, OPTION_MAX_MEMORY},
+    {"timeout", required_argument, NULL, OPTION_TIMEOUT},
     {"info", no_argument, NULL, OPTION_INFO},
     {"json", no_argument, NULL, OPTION_JSON},
     {"verify", no_argument, NULL, OPTION_VERIFY},
@@ -166,6 +170,8 @@ static int set_value(int option, const char *text, dec_options *o) {
         return nsdf_cli_take_count("--threads", text, 0, MAX_THREADS, &o->threads);
     case OPTION_CPU_MASK:
         return parse_cpu_mask(text, &o->cpu_mask);
+    case OPTION_TIMEOUT:
+        return nsdf_cli_take_count("--timeout", text, 1, 86400, &o->timeout);
     default: /* OPTION_MAX_MEMORY */
         if (nsdf_cli_parse_bytes(text, &o->max_memory) == 0 && o->max_memory > 0)
             return NSDF_CLI_SUCCESS;
@@ -222,6 +228,7 @@ int dec_options_parse(int argc, char **argv, dec_options *options) {
     options->normals = 1;
     options->projection = 2;
     options->cpu_mask = NSDF_CPU_ALL;
+    options->timeout = NSDF_CLI_TIMEOUT;
     opterr = 0;
     for (int option; (option = getopt_long(argc, argv, ":o:qvh", long_options, NULL)) != -1;) {
         if (option == ':' || option == '?')

@@ -22,6 +22,7 @@ typedef struct dec_options {
     nsdf_cli_choice choice;
     uint32_t resolution; /* 0 = the file's */
     uint32_t projection, threads, cpu_mask, start_number;
+    uint32_t timeout;    /* seconds, of the network */
     uint64_t max_memory; /* 0 = the library's default */
     int normals, dense, all_pieces, json;
     int has_format;

@@ -77,6 +77,28 @@ wait_for_message() {
     done
 }
 
+# serve FILE MODE [LIMIT]: starts a server of the file (tests/http) and sets $url.  The case is skipped where the
+# programs read no URLs.
+serve() {
+    local program port
+    program=$(dirname "$(command -v nsdf-dec)")/../tests/http_server
+    if [ ! -x "$program" ] || nsdf-dec --info http://127.0.0.1:1/ 2>&1 | grep -q 'without libcurl'; then
+        skip "the programs read no URLs"
+    fi
+    export no_proxy=127.0.0.1
+    coproc SERVER { exec "$program" "$@"; }
+    read -r port <&"${SERVER[0]}"
+    url=http://127.0.0.1:$port/file.nsdf
+}
+
+# Stops it; what it was asked for is in $requests, what it sent in $sent.
+serve_no_more() {
+    local pid=$SERVER_PID
+    eval "exec ${SERVER[1]}>&-"
+    read -r requests sent <&"${SERVER[0]}"
+    wait "$pid"
+}
+
 # wait_for PID SECONDS: the exit code of the process, or failure when it does not end in time.
 wait_for() {
     local process=$1 tries=$(($2 * 10)) code=0

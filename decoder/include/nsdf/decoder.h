@@ -213,6 +213,10 @@ typedef struct nsdf_segment_info {
 /* Loads the segment if it is not loaded. */
 NSDF_API NSDF_MUST_USE nsdf_status nsdf_get_segment_info(nsdf_decoder *decoder, uint32_t index,
                                                          nsdf_segment_info *info);
+/* What the index says of it, without reading the segment: all fields but parameter_count and those behind it, which
+ * are 0. */
+NSDF_API NSDF_MUST_USE nsdf_status nsdf_get_segment_extent(const nsdf_decoder *decoder, uint32_t index,
+                                                           nsdf_segment_info *info);
 
 /* Bytes that the handle holds, and the most that it held so far, together with the mesh that was being extracted into;
  * meshes' own bytes are not in `held`. */
