@@ -52,7 +52,7 @@ nsdf_status nsdf_mux_get_quality(const nsdf_mux *mux, nsdf_quality *quality) {
 
 /* ---- Joining ------------------------------------------------------------------------------------------------ */
 
-static nsdf_status expect_same(const nsdf_file_header *a, const nsdf_file_header *b, nsdf_encoder_error *error) {
+nsdf_status nsdf_mux_expect_same(const nsdf_file_header *a, const nsdf_file_header *b, nsdf_encoder_error *error) {
     if ((uint64_t)a->rate_num * b->rate_den != (uint64_t)b->rate_num * a->rate_den)
         return nsdf_encoder_fail(error, NSDF_INVALID_ARGUMENT, "frame rates differ: %u/%u and %u/%u", a->rate_num,
                                  a->rate_den, b->rate_num, b->rate_den);
@@ -102,14 +102,53 @@ static void join_quality(nsdf_mux *mux, const nsdf_mux *other) {
     a->frames += b->frames;
 }
 
-static void join_header(nsdf_file_header *a, const nsdf_file_header *b) {
+void nsdf_mux_join_box(nsdf_file_header *a, const nsdf_file_header *b) {
     for (int k = 0; k < 3; k++) {
         a->box_min[k] = fmin(a->box_min[k], b->box_min[k]);
         a->box_max[k] = fmax(a->box_max[k], b->box_max[k]);
     }
     /* A larger bound skips less, and gives the same surface. */
     a->extraction_bound = fmaxf(a->extraction_bound, b->extraction_bound);
-    a->frame_count += b->frame_count - 1;
+}
+
+/* Whether the first segment of `other` is the rest of the last one of mux: one model, at one place in time. */
+static int goes_on(const nsdf_mux *mux, const nsdf_mux *other) {
+    const uint32_t last = mux->header.segment_count - 1;
+    const nsdf_index_entry *a = &mux->entries[last], *b = &other->entries[0];
+    const nsdf_buffer *x = &mux->payloads[last], *y = &other->payloads[0];
+    const int64_t start = (int64_t)a->last_frame + b->first_frame - b->lead;
+    const int64_t end = (int64_t)a->last_frame + b->last_frame + b->trail;
+    return start == (int64_t)a->first_frame - a->lead && end == (int64_t)a->last_frame + a->trail &&
+           !(a->smallest_piece < b->smallest_piece) && !(a->smallest_piece > b->smallest_piece) && x->size == y->size &&
+           memcmp(x->data, y->data, x->size) == 0;
+}
+
+static int append_rest(nsdf_mux *mux, const nsdf_mux *other) {
+    nsdf_index_entry *a = &mux->entries[mux->header.segment_count - 1];
+    const nsdf_index_entry *b = &other->entries[0];
+    const uint32_t last = a->last_frame + b->last_frame;
+    if (nsdf_mux_take_rest(mux, other) != 0)
+        return -1;
+    a = &mux->entries[mux->header.segment_count - other->header.segment_count];
+    a->last_frame = last;
+    a->trail = b->trail;
+    return 0;
+}
+
+static int append_segments(nsdf_mux *mux, const nsdf_mux *other, uint32_t fade) {
+    const uint32_t at = mux->header.segment_count;
+    if (nsdf_mux_take_segments(mux, other, 0, other->header.segment_count) != 0)
+        return -1;
+    mux->entries[at].fade = fade;
+    return 0;
+}
+
+static uint32_t longest_fade(const nsdf_mux *mux, const nsdf_mux *other) {
+    uint32_t fade = NSDF_MUX_FADE;
+    nsdf_encoder_error refused;
+    while (fade > 0 && expect_room(mux, other, fade, &refused) != NSDF_OK)
+        fade--;
+    return fade;
 }
 
 nsdf_status nsdf_mux_append(nsdf_mux *mux, const nsdf_mux *other, uint32_t fade, nsdf_encoder_error *error) {
@@ -117,20 +156,23 @@ nsdf_status nsdf_mux_append(nsdf_mux *mux, const nsdf_mux *other, uint32_t fade,
         return nsdf_encoder_fail(error, NSDF_INVALID_ARGUMENT, "a NULL was given");
     if (mux == other)
         return nsdf_encoder_fail(error, NSDF_INVALID_ARGUMENT, "a file cannot be appended to itself: open it twice");
-    nsdf_status status = expect_same(&mux->header, &other->header, error);
+    const int rest = (fade == 0 || fade == NSDF_MUX_FADE_AUTO) && goes_on(mux, other);
+    if (fade == NSDF_MUX_FADE_AUTO)
+        fade = longest_fade(mux, other);
+    nsdf_status status = nsdf_mux_expect_same(&mux->header, &other->header, error);
     if (status == NSDF_OK)
         status = expect_room(mux, other, fade, error);
     if (status != NSDF_OK)
         return status;
     const uint32_t at = mux->header.segment_count, shift = mux->header.frame_count - 1;
-    if (nsdf_mux_take_segments(mux, other, 0, other->header.segment_count) != 0)
+    if ((rest ? append_rest(mux, other) : append_segments(mux, other, fade)) != 0)
         return out_of_memory(error);
     for (uint32_t i = at; i < mux->header.segment_count; i++) {
         mux->entries[i].first_frame += shift;
         mux->entries[i].last_frame += shift;
     }
-    mux->entries[at].fade = fade;
-    join_header(&mux->header, &other->header);
+    nsdf_mux_join_box(&mux->header, &other->header);
+    mux->header.frame_count += other->header.frame_count - 1;
     join_quality(mux, other);
     return NSDF_OK;
 }

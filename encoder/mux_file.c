@@ -76,6 +76,40 @@ int nsdf_mux_take_segments(nsdf_mux *mux, const nsdf_mux *from, uint32_t first, 
     return -1;
 }
 
+static int is_same_chunk(const nsdf_loose_chunk *a, const nsdf_loose_chunk *b) {
+    return a->type == b->type && a->flags == b->flags && a->payload.size == b->payload.size &&
+           (a->payload.size == 0 || memcmp(a->payload.data, b->payload.data, a->payload.size) == 0);
+}
+
+/* The other chunks of `from` but those that stand at the same place among the first `known` of mux already. */
+static int copy_new_others(nsdf_mux *mux, const nsdf_mux *from, uint32_t at, uint32_t known) {
+    for (uint32_t i = 0; i < from->other_count; i++) {
+        const nsdf_loose_chunk *c = &from->others[i];
+        const uint32_t before = c->before == 0 ? at : c->before - 1 + at, twin = c->before == 0 ? at - 1 : before;
+        int found = 0;
+        for (uint32_t k = 0; k < known && !found; k++)
+            found = mux->others[k].before == twin && is_same_chunk(&mux->others[k], c);
+        if (found)
+            continue;
+        nsdf_loose_chunk *copy = &mux->others[mux->other_count++];
+        *copy = (nsdf_loose_chunk){c->type, c->flags, before, {NULL, 0, 0, 0}};
+        if (append_copy(&copy->payload, &c->payload) != 0)
+            return -1;
+    }
+    return 0;
+}
+
+int nsdf_mux_take_rest(nsdf_mux *mux, const nsdf_mux *from) {
+    const uint32_t segments = mux->header.segment_count, others = mux->other_count;
+    const uint32_t more = from->header.segment_count - 1;
+    if (reserve(mux, more, from->other_count) != 0)
+        return -1;
+    if (copy_segments(mux, from, 1, more) == 0 && copy_new_others(mux, from, segments, others) == 0)
+        return 0;
+    drop_from(mux, segments, others);
+    return -1;
+}
+
 void nsdf_mux_release(nsdf_mux *mux) {
     drop_from(mux, 0, 0);
     nsdf_buffer_free(&mux->metadata);

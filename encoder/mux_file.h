@@ -25,6 +25,15 @@ nsdf_status nsdf_mux_read(nsdf_mux *mux, const uint8_t *data, size_t size, nsdf_
  * then as it was. */
 int nsdf_mux_take_segments(nsdf_mux *mux, const nsdf_mux *from, uint32_t first, uint32_t count);
 
+/* The same with all segments of `from` but the first, which is the last of mux continued: of the other chunks those
+ * that mux does not have at the same place. */
+int nsdf_mux_take_rest(nsdf_mux *mux, const nsdf_mux *from);
+
+/* Rate, box and domain: NSDF_INVALID_ARGUMENT names what differs. */
+nsdf_status nsdf_mux_expect_same(const nsdf_file_header *a, const nsdf_file_header *b, nsdf_encoder_error *error);
+/* Makes the box and the bound of `a` hold for both. */
+void nsdf_mux_join_box(nsdf_file_header *a, const nsdf_file_header *b);
+
 /* Frees what *mux holds, not *mux. */
 void nsdf_mux_release(nsdf_mux *mux);
 

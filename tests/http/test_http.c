@@ -54,7 +54,7 @@ static int make_long_file(void **state) {
     for (uint32_t i = 0; i < SEGMENTS; i++)
         make_piece(&payloads[i], &file.entries[i], i, &random);
     nsdf_write_metadata(&metadata, "title", "long");
-    nsdf_file_parts parts = {header, payloads, file.entries, &metadata, &quality};
+    nsdf_file_parts parts = {header, payloads, file.entries, &metadata, &quality, NULL, 0};
     assert_int_equal(nsdf_write_file(&out, &parts), 0);
     for (uint32_t i = 0; i < SEGMENTS; i++)
         nsdf_buffer_free(&payloads[i]);
