@@ -25,6 +25,7 @@ typedef struct job {
 
 struct play_queue {
     nsdf_decoder *decoder;
+    nsdf_cli_input *input; /* or NULL */
     pthread_t thread;
     pthread_mutex_t lock; /* of all below */
     pthread_cond_t changed;
@@ -105,21 +106,27 @@ static int is_obsolete(void *user) {
     return obsolete;
 }
 
-static nsdf_status decode(play_queue *q, held_frame *h, const job *j, uint64_t plans) {
+static double waited(const play_queue *q) {
+    return q->input ? nsdf_cli_input_waited(q->input) : 0.0;
+}
+
+/* h->frame.seconds are those of decoding; *late becomes those of waiting for a network. */
+static nsdf_status decode(play_queue *q, held_frame *h, const job *j, uint64_t plans, double *late) {
     cancelling c = {q, plans};
     nsdf_mesh_options options;
     nsdf_mesh_options_init(&options);
     options.resolution = j->resolution;
     options.cancel = is_obsolete;
     options.cancel_user = &c;
-    const double began = nsdf_cli_clock();
+    const double waited_before = waited(q), began = nsdf_cli_clock();
     nsdf_status status = nsdf_extract_mesh(q->decoder, j->time, &options, &h->mesh);
     if (status == NSDF_OK)
         status = nsdf_mesh_get_view(h->mesh, &h->frame.view);
     h->frame.time = j->time;
     h->frame.due = j->due;
     h->frame.resolution = j->resolution;
-    h->frame.seconds = nsdf_cli_clock() - began;
+    *late = waited(q) - waited_before;
+    h->frame.seconds = nsdf_cli_clock() - began - *late;
     return status;
 }
 
@@ -131,7 +138,7 @@ static double time_to_decode(const play_queue *q) {
 }
 
 /* With the lock. */
-static void finish(play_queue *q, held_frame *h, const job *j, nsdf_status status, uint64_t plans) {
+static void finish(play_queue *q, held_frame *h, const job *j, nsdf_status status, uint64_t plans, double late) {
     const int wanted = q->plans == plans && status != NSDF_CANCELLED;
     const double now = nsdf_cli_clock();
     h->use = FREE;
@@ -144,7 +151,7 @@ static void finish(play_queue *q, held_frame *h, const job *j, nsdf_status statu
         q->still_time = j->time;
         q->still_resolution = j->resolution;
     } else if (!q->plan.resolution) {
-        play_pace_note(&q->pace, j->resolution, h->frame.seconds, time_to_decode(q), !j->first && now > j->due);
+        play_pace_note(&q->pace, j->resolution, h->frame.seconds, time_to_decode(q), !j->first && now - late > j->due);
     }
     if (status != NSDF_OK)
         return;
@@ -166,9 +173,10 @@ static void *run(void *data) {
         const uint64_t plans = q->plans;
         h->use = DECODED;
         pthread_mutex_unlock(&q->lock);
-        const nsdf_status status = decode(q, h, &j, plans);
+        double late;
+        const nsdf_status status = decode(q, h, &j, plans, &late);
         pthread_mutex_lock(&q->lock);
-        finish(q, h, &j, status, plans);
+        finish(q, h, &j, status, plans, late);
     }
     pthread_mutex_unlock(&q->lock);
     return NULL;
@@ -176,11 +184,12 @@ static void *run(void *data) {
 
 /* ---- The other side -------------------------------------------------------------------------------------- */
 
-play_queue *play_queue_create(nsdf_decoder *decoder, const play_plan *plan) {
+play_queue *play_queue_create(nsdf_decoder *decoder, nsdf_cli_input *input, const play_plan *plan) {
     play_queue *q = calloc(1, sizeof *q);
     if (!q)
         return NULL;
     q->decoder = decoder;
+    q->input = input;
     q->plan = *plan;
     q->pace = play_pace_make(plan->most < 96 ? plan->most : 96, plan->most);
     q->fresh = 1;

@@ -6,6 +6,7 @@
 #ifndef PLAY_FRAME_QUEUE_H
 #define PLAY_FRAME_QUEUE_H
 
+#include "cli_input.h"
 #include "clock.h"
 #include "nsdf/decoder.h"
 #include "pace.h"
@@ -28,9 +29,10 @@ typedef struct play_frame {
 
 typedef struct play_queue play_queue;
 
-/* Takes over the decoder: nobody else may call it until play_queue_free gives it back.  NULL when memory or threads
+/* Takes over the decoder: nobody else may call it until play_queue_free gives it back.  `input` is what it reads, so
+ * that waiting for a network is not taken for slow decoding; NULL for memory.  NULL when memory or threads
  * ran out. */
-play_queue *play_queue_create(nsdf_decoder *decoder, const play_plan *plan);
+play_queue *play_queue_create(nsdf_decoder *decoder, nsdf_cli_input *input, const play_plan *plan);
 /* Stops the thread, cancelling what it is at. */
 void play_queue_free(play_queue *queue);
 

@@ -37,7 +37,7 @@ int play_session_open(play_session *session, const char *name, const play_option
     }
     if (nsdf_get_info(s.decoder, &s.info) == NSDF_OK) {
         s.plan = first_plan(options, &s.info);
-        s.queue = play_queue_create(s.decoder, &s.plan);
+        s.queue = play_queue_create(s.decoder, s.input, &s.plan);
     }
     if (s.queue) {
         *session = s;
@@ -99,7 +99,7 @@ int play_session_show_ghost(play_session *s, int shown) {
     if (open_decoder(s->input, &s->ghost_decoder, 1, &error) != NSDF_OK)
         return -1;
     const play_plan plan = ghost_plan(s);
-    s->ghost_queue = play_queue_create(s->ghost_decoder, &plan);
+    s->ghost_queue = play_queue_create(s->ghost_decoder, s->input, &plan);
     s->ghost_time = -1.0;
     if (s->ghost_queue)
         return 0;

@@ -103,7 +103,8 @@ static int learn_size(transfer *t, uint64_t size) {
                 size);
         return refuse(t);
     }
-    http->size = size;
+    if (!http->size_known)
+        http->size = size; /* once, while it is opened: nsdf_cli_http_io reads it without the lock */
     http->size_known = 1;
     return 0;
 }
@@ -359,7 +360,9 @@ static int run_transfer(transfer *t) {
 /* The bytes [from, to) into the cache; all of the file from a server without ranges. */
 static int fetch(nsdf_cli_http *http, uint64_t from, uint64_t to) {
     transfer t = {.http = http, .from = from, .wanted = (size_t)(to - from)};
+    const double began = nsdf_cli_clock();
     const int result = run_transfer(&t);
+    http->stats.seconds += nsdf_cli_clock() - began;
     if (http->stats.whole && result == 0) {
         nsdf_cli_extents_free(&http->cache);
         if (!http->size_known)

@@ -20,6 +20,7 @@ typedef struct nsdf_cli_http_stats {
     uint64_t size;                /* of the file */
     uint64_t bytes, header_bytes; /* received, of bodies and of headers */
     uint32_t requests, retries;   /* retries are among the requests */
+    double seconds;               /* that reads waited for it */
     int whole;                    /* the server gave no ranges: all of it was fetched */
 } nsdf_cli_http_stats;
 

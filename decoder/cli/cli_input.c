@@ -83,6 +83,10 @@ void nsdf_cli_input_cancel(nsdf_cli_input *input) {
         nsdf_cli_http_cancel(input->http);
 }
 
+double nsdf_cli_input_waited(nsdf_cli_input *input) {
+    return input->http ? nsdf_cli_http_get_stats(input->http).seconds : 0.0;
+}
+
 void nsdf_cli_input_report(nsdf_cli_input *input, int level) {
     if (!input->http || nsdf_cli_verbosity() < level)
         return;

@@ -20,6 +20,8 @@ const char *nsdf_cli_input_name(const nsdf_cli_input *input);
 int nsdf_cli_input_is_remote(const nsdf_cli_input *input);
 /* Lets a read that waits for the network fail; from any thread. */
 void nsdf_cli_input_cancel(nsdf_cli_input *input);
+/* Seconds that reads have waited for the network so far. */
+double nsdf_cli_input_waited(nsdf_cli_input *input);
 /* Prints what was transferred, if it is a URL: at verbosity `level` and above. */
 void nsdf_cli_input_report(nsdf_cli_input *input, int level);
 /* NULL-safe. */

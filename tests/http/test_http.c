@@ -271,6 +271,7 @@ static void slow_servers_are_waited_for(void **state) {
     const double began = nsdf_cli_clock();
     assert_reads(&v, 9000, 6000); /* longer than the timeout, which is for silence */
     assert_true(nsdf_cli_clock() - began > 2.1);
+    assert_true(nsdf_cli_http_get_stats(v.http).seconds > 2.1);
     assert_int_equal(nsdf_cli_http_get_stats(v.http).retries, 0);
     end(&v);
 }

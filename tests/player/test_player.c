@@ -254,7 +254,7 @@ static void test_frames_are_those_of_the_clock(void **state) {
     (void)state;
     play_clock_set_speed(&plan.clock, nsdf_cli_clock(), 0.125);
     play_clock_play(&plan.clock, nsdf_cli_clock());
-    play_queue *q = play_queue_create(decoder, &plan);
+    play_queue *q = play_queue_create(decoder, NULL, &plan);
     assert_non_null(q);
     uint64_t number = 0;
     double before = -1.0;
@@ -277,7 +277,7 @@ static void test_a_standing_clock_gets_one_good_frame(void **state) {
     nsdf_decoder *decoder = open_walker(&info);
     play_plan plan = {.clock = play_clock_make(info.duration, 0.04), .rate = 50.0, .most = 160};
     (void)state;
-    play_queue *q = play_queue_create(decoder, &plan);
+    play_queue *q = play_queue_create(decoder, NULL, &plan);
     const play_frame *f = wait_for(q, 0, 2.0);
     assert_true(f && f->time == 0.0 && f->resolution == 96);
     f = wait_for(q, f->number, 2.0);
@@ -301,7 +301,7 @@ static void test_plans_may_change_at_any_moment(void **state) {
     nsdf_decoder *decoder = open_walker(&info);
     play_plan plan = {.clock = play_clock_make(info.duration, 0.04), .rate = 100.0, .most = 128};
     (void)state;
-    play_queue *q = play_queue_create(decoder, &plan);
+    play_queue *q = play_queue_create(decoder, NULL, &plan);
     for (int i = 0; i < 60; i++) {
         const double now = nsdf_cli_clock();
         if (i % 3 == 0)
