@@ -3,6 +3,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <strings.h>
 
 #include "cli_http.h"
 #include "cli_util.h"
@@ -13,7 +14,7 @@ struct nsdf_cli_input {
 };
 
 int nsdf_cli_is_url(const char *name) {
-    return strncmp(name, "http://", 7) == 0 || strncmp(name, "https://", 8) == 0;
+    return strncasecmp(name, "http://", 7) == 0 || strncasecmp(name, "https://", 8) == 0;
 }
 
 static nsdf_status fail(nsdf_error *error, nsdf_status status, const char *message) {

@@ -274,6 +274,65 @@ static void unknown_chunks_do_not_multiply(void **state) {
     free_file(&file);
 }
 
+static uint32_t below(uint64_t *random, uint32_t limit) {
+    return (uint32_t)(make_random(random) % limit);
+}
+
+/* One segment replaced by a part of `file` that has as many frames, if there is one. */
+static nsdf_status replace_somehow(nsdf_mux *mux, const made_file *file, uint64_t *random, nsdf_encoder_error *error) {
+    const uint32_t index = below(random, nsdf_mux_segment_count(mux));
+    nsdf_mux_segment s;
+    assert_int_equal(nsdf_mux_get_segment(mux, index, &s), NSDF_OK);
+    const uint32_t steps = s.last_frame - s.first_frame < 12 ? s.last_frame - s.first_frame : 12;
+    const uint32_t first = below(random, 13 - steps);
+    nsdf_mux *part = open_part(file, first, first + steps);
+    const nsdf_status status = nsdf_mux_replace(mux, index, index, part, error);
+    nsdf_mux_close(&part);
+    return status;
+}
+
+static nsdf_status append_somehow(nsdf_mux *mux, const made_file *file, uint64_t *random, nsdf_encoder_error *error) {
+    const uint32_t first = below(random, 12), fade = below(random, 5);
+    nsdf_mux *part = open_part(file, first, first + below(random, 13 - first));
+    const nsdf_status status = nsdf_mux_append(mux, part, fade < 4 ? fade : NSDF_MUX_FADE_AUTO, error);
+    nsdf_mux_close(&part);
+    return status;
+}
+
+/* Any edit, of which some are refused. */
+static nsdf_status edit_somehow(nsdf_mux *mux, const made_file *file, uint64_t *random, nsdf_encoder_error *error) {
+    const uint32_t frames = nsdf_mux_frame_count(mux), from = below(random, frames), kind = below(random, 8);
+    if (kind < 1)
+        return nsdf_mux_cut(mux, from, from + below(random, frames - from), error);
+    if (kind < 2)
+        return nsdf_mux_hold(mux, below(random, 4), error);
+    return kind < 5 ? replace_somehow(mux, file, random, error) : append_somehow(mux, file, random, error);
+}
+
+/* Edits, one after the other, leave files that are sound: bytes_of decodes them. */
+static void random_edits_leave_sound_files(void **state) {
+    made_file file;
+    uint64_t random = 21;
+    int done = 0;
+    (void)state;
+    make_file(&file, 3, MAKE_SPLINE, NSDF_ENTROPY_NONE, 1);
+    for (int round = 0; round < 300; round++) {
+        nsdf_mux *mux = open_mux(file.data, file.size);
+        for (int step = 0; step < 6; step++) {
+            nsdf_encoder_error error;
+            const nsdf_status status = edit_somehow(mux, &file, &random, &error);
+            if (status != NSDF_OK && status != NSDF_INVALID_ARGUMENT)
+                fail_msg("%s", error.message);
+            done += status == NSDF_OK;
+            nsdf_buffer bytes = bytes_of(mux);
+            nsdf_buffer_free(&bytes);
+        }
+        nsdf_mux_close(&mux);
+    }
+    assert_in_range(done, 900, 1800);
+    free_file(&file);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(pieces_of_a_segment_become_one),
@@ -284,6 +343,7 @@ int main(void) {
         cmocka_unit_test(a_rate_changes_times_only),
         cmocka_unit_test(metadata_are_set_and_removed),
         cmocka_unit_test(unknown_chunks_do_not_multiply),
+        cmocka_unit_test(random_edits_leave_sound_files),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
