@@ -91,6 +91,29 @@ static int choose(play_queue *q, job *j) {
     return choose_moving(q, now, j);
 }
 
+/* ---- The segment behind the one that is decoded ------------------------------------------------------------- */
+
+/* The segment of a time, and the one that a moving clock comes to next; 0, or -1 when there is none. */
+static int next_segment(const play_queue *q, double time, int forward, nsdf_segment_info *at, nsdf_segment_info *next) {
+    uint32_t i = 0;
+    nsdf_segment_info s;
+    while (nsdf_get_segment_extent(q->decoder, i, at) == NSDF_OK && time >= at->end)
+        i++;
+    if (nsdf_get_segment_extent(q->decoder, i, &s) != NSDF_OK || (!forward && i == 0))
+        return -1;
+    return nsdf_get_segment_extent(q->decoder, forward ? i + 1 : i - 1, next) == NSDF_OK ? 0 : -1;
+}
+
+/* With a network between, the next segment is fetched while this one is shown. */
+static void fetch_ahead(play_queue *q, const play_clock *clock, double time) {
+    nsdf_segment_info at, next;
+    if (!q->input || !nsdf_cli_input_is_remote(q->input) || !play_clock_moves(clock, nsdf_cli_clock()) ||
+        next_segment(q, time, clock->speed > 0.0, &at, &next) != 0)
+        return;
+    const double distance = clock->speed > 0.0 ? next.start - next.fade - time : time - at.start - at.fade;
+    nsdf_cli_input_ahead(q->input, next.offset, next.size, distance / fabs(clock->speed));
+}
+
 /* ---- The thread ------------------------------------------------------------------------------------------ */
 
 typedef struct cancelling {
@@ -171,10 +194,12 @@ static void *run(void *data) {
             continue;
         }
         const uint64_t plans = q->plans;
+        const play_clock clock = q->plan.clock;
         h->use = DECODED;
         pthread_mutex_unlock(&q->lock);
         double late;
         const nsdf_status status = decode(q, h, &j, plans, &late);
+        fetch_ahead(q, &clock, j.time);
         pthread_mutex_lock(&q->lock);
         finish(q, h, &j, status, plans, late);
     }

@@ -21,6 +21,7 @@ typedef struct nsdf_cli_http_stats {
     uint64_t bytes, header_bytes; /* received, of bodies and of headers */
     uint32_t requests, retries;   /* retries are among the requests */
     double seconds;               /* that reads waited for it */
+    double transfer_seconds;      /* that transfers took, those ahead included */
     int whole;                    /* the server gave no ranges: all of it was fetched */
 } nsdf_cli_http_stats;
 
@@ -31,6 +32,10 @@ nsdf_status nsdf_cli_http_open(nsdf_cli_http **http, const char *url, const nsdf
 
 /* For nsdf_open_callbacks; several decoders, on several threads, may read through one `http`. */
 nsdf_io nsdf_cli_http_io(nsdf_cli_http *http);
+
+/* Bytes that will be read soon: a thread fetches them, unless it is at others, but gives way to reads of others.
+ * Failures are left to the reads. */
+void nsdf_cli_http_ahead(nsdf_cli_http *http, uint64_t offset, uint64_t size);
 
 /* Makes the read that is going on, and later ones, fail within a second; from any thread. */
 void nsdf_cli_http_cancel(nsdf_cli_http *http);

@@ -16,6 +16,10 @@ nsdf_io nsdf_cli_http_io(nsdf_cli_http *http) {
     return (nsdf_io){.size = 0};
 }
 
+void nsdf_cli_http_ahead(nsdf_cli_http *http, uint64_t offset, uint64_t size) {
+    (void)http, (void)offset, (void)size;
+}
+
 void nsdf_cli_http_cancel(nsdf_cli_http *http) {
     (void)http;
 }

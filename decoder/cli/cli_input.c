@@ -88,6 +88,16 @@ double nsdf_cli_input_waited(nsdf_cli_input *input) {
     return input->http ? nsdf_cli_http_get_stats(input->http).seconds : 0.0;
 }
 
+/* Half as long again as such a transfer would have taken so far, and a moment for the round trip. */
+void nsdf_cli_input_ahead(nsdf_cli_input *input, uint64_t offset, uint64_t size, double seconds) {
+    if (!input->http)
+        return;
+    const nsdf_cli_http_stats s = nsdf_cli_http_get_stats(input->http);
+    const double needed = s.bytes > 0 ? s.transfer_seconds / (double)s.bytes * (double)size : 0.0;
+    if (seconds < 1.5 * needed + 0.25)
+        nsdf_cli_http_ahead(input->http, offset, size);
+}
+
 void nsdf_cli_input_report(nsdf_cli_input *input, int level) {
     if (!input->http || nsdf_cli_verbosity() < level)
         return;

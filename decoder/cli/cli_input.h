@@ -22,6 +22,9 @@ int nsdf_cli_input_is_remote(const nsdf_cli_input *input);
 void nsdf_cli_input_cancel(nsdf_cli_input *input);
 /* Seconds that reads have waited for the network so far. */
 double nsdf_cli_input_waited(nsdf_cli_input *input);
+/* Says that these bytes will be read in `seconds`: they are fetched ahead, without waiting, if there is not much more
+ * time than the network needs for them. */
+void nsdf_cli_input_ahead(nsdf_cli_input *input, uint64_t offset, uint64_t size, double seconds);
 /* Prints what was transferred, if it is a URL: at verbosity `level` and above. */
 void nsdf_cli_input_report(nsdf_cli_input *input, int level);
 /* NULL-safe. */

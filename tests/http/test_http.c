@@ -11,6 +11,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <time.h>
 
 #include "cli_http.h"
 #include "cli_util.h"
@@ -383,6 +384,70 @@ static void silence_ends_by_the_timeout(void **state) {
     assert_true(nsdf_cli_clock() - began < 20.0);
 }
 
+/* ---- Ahead ----------------------------------------------------------------------------------------------------------
+ */
+
+static void wait_for_bytes(const visit *v, uint64_t bytes) {
+    const struct timespec moment = {0, 5000000};
+    const double began = nsdf_cli_clock();
+    while (nsdf_cli_http_get_stats(v->http).bytes < bytes && nsdf_cli_clock() - began < 20.0)
+        nanosleep(&moment, NULL);
+}
+
+static void what_was_fetched_ahead_is_not_asked_for(void **state) {
+    visit v = begin(HTTP_RANGES, 0, "/file");
+    (void)state;
+    nsdf_cli_http_ahead(v.http, file.size, 1); /* not in the file */
+    nsdf_cli_http_ahead(v.http, 9000, 6000);
+    nsdf_cli_http_ahead(v.http, 50000, 6000); /* one at a time */
+    wait_for_bytes(&v, 8048);
+    const nsdf_cli_http_stats before = nsdf_cli_http_get_stats(v.http);
+    assert_int_equal(before.bytes, 8048);
+    assert_reads(&v, 9000, 6000);
+    assert_reads(&v, 14000, 2000);
+    const http_log log = end(&v);
+    assert_no_byte_twice(&log);
+    assert_true(log.bytes == 9048); /* the prefix, 9000 to 14999, and to 15999 */
+}
+
+/* A read of bytes that are on their way waits for them; one of others does not. */
+static void reads_wait_for_their_bytes_only(void **state) {
+    visit v = begin(HTTP_SLOW, 20000, "/file");
+    (void)state;
+    nsdf_cli_http_ahead(v.http, 9000, 10000);
+    assert_reads(&v, 10000, 4000);
+    assert_int_equal(nsdf_cli_http_get_stats(v.http).requests, 2);
+    nsdf_cli_http_ahead(v.http, 20000, 100000); /* five seconds */
+    const double began = nsdf_cli_clock();
+    assert_reads(&v, 150000, 1000);
+    assert_true(nsdf_cli_clock() - began < 3.0);
+    assert_reads(&v, 20000, 2000); /* what had come, and what had not */
+    end(&v);
+}
+
+static void closing_stops_fetching_ahead(void **state) {
+    visit v = begin(HTTP_SLOW, 10000, "/file");
+    (void)state;
+    nsdf_cli_http_ahead(v.http, 9000, 100000);
+    const double began = nsdf_cli_clock();
+    end(&v);
+    assert_true(nsdf_cli_clock() - began < 3.0);
+}
+
+static void failures_ahead_are_left_to_reads(void **state) {
+    char text[200];
+    visit v = begin(HTTP_CHANGED, 1, "/file");
+    (void)state;
+    nsdf_cli_http_ahead(v.http, 9000, 1000);
+    for (int i = 0; i < 2000 && nsdf_cli_http_get_stats(v.http).requests < 2; i++)
+        nanosleep(&(struct timespec){0, 5000000}, NULL);
+    nsdf_cli_http_failure(v.http, text, sizeof text);
+    assert_string_equal(text, "");
+    assert_refuses(&v, 9000, 1000, "changed on the server");
+    assert_reads(&v, 0, 2048);
+    end(&v);
+}
+
 /* ---- Threads --------------------------------------------------------------------------------------------------------
  */
 
@@ -399,17 +464,32 @@ static void *read_some(void *user) {
     return NULL;
 }
 
-static void threads_share_a_connection(void **state) {
-    visit v = begin(HTTP_RANGES, 0, "/file");
+static void read_with_threads(visit *v, int ahead) {
     pthread_t threads[3];
-    (void)state;
     for (int i = 0; i < 3; i++)
-        assert_int_equal(pthread_create(&threads[i], NULL, read_some, &v), 0);
+        assert_int_equal(pthread_create(&threads[i], NULL, read_some, v), 0);
+    for (uint64_t i = 0; ahead && i < 200; i++)
+        nsdf_cli_http_ahead(v->http, 700 * i, 20000);
     for (int i = 0; i < 3; i++) {
         void *problem = "not ended";
         assert_int_equal(pthread_join(threads[i], &problem), 0);
         assert_null(problem);
     }
+}
+
+static void reads_and_fetching_ahead_go_together(void **state) {
+    (void)state;
+    for (int i = 0; i < 10; i++) {
+        visit v = begin(HTTP_RANGES, 0, "/file");
+        read_with_threads(&v, 1);
+        end(&v);
+    }
+}
+
+static void threads_share_a_connection(void **state) {
+    visit v = begin(HTTP_RANGES, 0, "/file");
+    (void)state;
+    read_with_threads(&v, 0);
     const http_log log = end(&v);
     assert_no_byte_twice(&log);
     assert_int_equal(log.connections, 1);
@@ -454,7 +534,12 @@ int main(void) {
         cmocka_unit_test(nobody_listening_is_an_error),
         cmocka_unit_test(silence_can_be_interrupted),
         cmocka_unit_test(silence_ends_by_the_timeout),
+        cmocka_unit_test(what_was_fetched_ahead_is_not_asked_for),
+        cmocka_unit_test(reads_wait_for_their_bytes_only),
+        cmocka_unit_test(closing_stops_fetching_ahead),
+        cmocka_unit_test(failures_ahead_are_left_to_reads),
         cmocka_unit_test(threads_share_a_connection),
+        cmocka_unit_test(reads_and_fetching_ahead_go_together),
         cmocka_unit_test(another_thread_may_cancel),
     };
     nsdf_cli_set_verbosity(-1);
