@@ -25,8 +25,7 @@ struct http_server {
     int listener, wake[2]; /* a byte in the pipe ends the thread */
     uint16_t port;
     pthread_t thread;
-    pthread_mutex_t lock; /* of `log` */
-    http_log log;
+    http_log log; /* the thread's, until it has ended */
 };
 
 /* What a request asks for, and what is going to be sent. */
@@ -59,14 +58,12 @@ static int send_all(http_server *s, int client, const void *bytes, size_t size, 
         if (done < 0 && errno != EAGAIN && errno != EINTR)
             return -1;
         const size_t part = done < 0 ? 0 : (size_t)done;
-        pthread_mutex_lock(&s->lock);
         if (is_body) {
             s->log.bytes += part;
             s->log.answers[(s->log.requests - 1) % HTTP_ANSWERS].sent += part;
         } else {
             s->log.header_bytes += part;
         }
-        pthread_mutex_unlock(&s->lock);
         at += part;
         size -= part;
     }
@@ -102,11 +99,8 @@ static int send_body(http_server *s, int client, uint64_t first, uint64_t size, 
 /* ---- Answers -------------------------------------------------------------------------------------------------- */
 
 static uint32_t note_answer(http_server *s, int status, uint64_t first) {
-    pthread_mutex_lock(&s->lock);
     s->log.answers[s->log.requests % HTTP_ANSWERS] = (http_answer){.status = status, .first = first};
-    const uint32_t number = ++s->log.requests;
-    pthread_mutex_unlock(&s->lock);
-    return number;
+    return ++s->log.requests;
 }
 
 static int send_error(http_server *s, int client, int status, const char *extra) {
@@ -222,9 +216,7 @@ static void *run(void *user) {
         if (client < 0)
             continue;
         setsockopt(client, IPPROTO_TCP, TCP_NODELAY, &on, sizeof on);
-        pthread_mutex_lock(&s->lock);
         s->log.connections++;
-        pthread_mutex_unlock(&s->lock);
         serve(s, client);
         shutdown(client, SHUT_WR);
         close(client);
@@ -249,7 +241,6 @@ http_server *http_server_start(const void *data, size_t size, http_mode mode, ui
     if (!s)
         return NULL;
     *s = (http_server){.data = data, .size = size, .mode = mode, .limit = limit, .listener = -1};
-    pthread_mutex_init(&s->lock, NULL);
     if (listen_somewhere(s) == 0 && pipe(s->wake) == 0 && pthread_create(&s->thread, NULL, run, s) == 0)
         return s;
     if (s->listener >= 0)
@@ -262,20 +253,14 @@ uint16_t http_server_port(const http_server *server) {
     return server->port;
 }
 
-http_log http_server_log(http_server *server) {
-    pthread_mutex_lock(&server->lock);
-    const http_log log = server->log;
-    pthread_mutex_unlock(&server->lock);
-    return log;
-}
-
-void http_server_stop(http_server *server) {
+http_log http_server_stop(http_server *server) {
     if (write(server->wake[1], "", 1) != 1)
         abort();
     pthread_join(server->thread, NULL);
     close(server->listener);
     close(server->wake[0]);
     close(server->wake[1]);
-    pthread_mutex_destroy(&server->lock);
+    const http_log log = server->log;
     free(server);
+    return log;
 }

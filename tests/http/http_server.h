@@ -43,7 +43,7 @@ typedef struct http_server http_server;
 /* Serves `data`, which is borrowed, from a thread of its own.  NULL on failure. */
 http_server *http_server_start(const void *data, size_t size, http_mode mode, uint64_t limit);
 uint16_t http_server_port(const http_server *server);
-http_log http_server_log(http_server *server);
-void http_server_stop(http_server *server);
+/* Ends it; all that was sent is in the log. */
+http_log http_server_stop(http_server *server);
 
 #endif

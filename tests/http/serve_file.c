@@ -39,9 +39,8 @@ int main(int argc, char **argv) {
     fflush(stdout);
     while (getchar() != EOF)
         ;
-    const http_log log = http_server_log(server);
+    const http_log log = http_server_stop(server);
     printf("%lu %llu\n", (unsigned long)log.requests, (unsigned long long)log.bytes);
-    http_server_stop(server);
     free(data);
     return 0;
 }

@@ -95,9 +95,7 @@ static visit begin(http_mode mode, uint64_t limit, const char *path) {
 
 static http_log end(visit *v) {
     nsdf_cli_http_close(&v->http);
-    const http_log log = http_server_log(v->server);
-    http_server_stop(v->server);
-    return log;
+    return http_server_stop(v->server);
 }
 
 static void assert_reads(const visit *v, uint64_t offset, size_t size) {
