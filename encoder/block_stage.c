@@ -44,8 +44,7 @@ static int start_model(const nsdf_fit_job *job, nsdf_motion *motion, nsdf_block_
     model->desc.list.entropy = (uint8_t)o->entropy;
     if (nsdf_block_frame_create(&scratch, model, job->header->domain_min, job->header->domain_max) != 0)
         return -1;
-    failed = nsdf_block_start(model, motion->normals, job->frames, job->u, (float)(o->shell / job->header->scale),
-                              &scratch, job->workers);
+    failed = nsdf_block_start(model, motion->normals, job->frames, job->u, &scratch, job->workers);
     nsdf_block_frame_free(&scratch);
     return failed;
 }

@@ -92,21 +92,20 @@ static void start_block(void *data, uint32_t block, uint32_t worker) {
 typedef struct {
     job *job;
     const nsdf_frames *frames;
-    float shell;
 } builder;
 
 static void build_distance(void *data, uint32_t index, uint32_t worker) {
     const builder *b = data;
     (void)worker;
     const uint32_t f = (uint32_t)(((uint64_t)2 * index + 1) * b->frames->count / (2 * b->job->count));
-    b->job->sdf[index] = nsdf_frame_sdf(&b->frames->frames[f], b->shell);
+    b->job->sdf[index] = nsdf_frame_sdf(&b->frames->frames[f]);
 }
 
 int nsdf_block_start(nsdf_block_model *model, float (*normals)[3], const nsdf_frames *frames, const double *u,
-                     float shell, nsdf_block_frame *scratch, nsdf_workers *workers) {
+                     nsdf_block_frame *scratch, nsdf_workers *workers) {
     const size_t size = sizeof(float[12]) * model->desc.block_count;
     job j = {.model = model, .normals = normals, .count = frames->count < FRAMES ? frames->count : FRAMES};
-    builder b = {&j, frames, shell};
+    builder b = {&j, frames};
     nsdf_workers_run(workers, j.count, build_distance, &b);
     int failed = 0;
     for (uint32_t i = 0; i < j.count; i++) {

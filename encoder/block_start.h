@@ -5,8 +5,8 @@
 #include "block_model.h"
 
 /* Fits each block's polynomial by least squares to the signed distance in its ball, averaged over frames spread over
- * the sequence, with most weight near the surface.  shell is normalised.  Returns 0, or -1 when memory ran out. */
+ * the sequence, with most weight near the surface.   Returns 0, or -1 when memory ran out. */
 int nsdf_block_start(nsdf_block_model *model, float (*normals)[3], const nsdf_frames *frames, const double *u,
-                     float shell, nsdf_block_frame *scratch, nsdf_workers *workers);
+                     nsdf_block_frame *scratch, nsdf_workers *workers);
 
 #endif

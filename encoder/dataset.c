@@ -20,7 +20,7 @@ typedef struct {
     uint8_t *fault; /* [frame] */
 } context;
 
-enum { FAULT_NONE, FAULT_NO_AREA, FAULT_NO_INSIDE, FAULT_NO_MEMORY };
+enum { FAULT_NONE, FAULT_NO_INSIDE, FAULT_NO_MEMORY };
 
 void nsdf_dataset_free(nsdf_dataset *dataset) {
     for (uint32_t i = 0; dataset->sets && i < dataset->frame_count; i++)
@@ -38,7 +38,7 @@ static uint32_t samples_per_frame(const nsdf_encoder_options *o, uint32_t frames
     return (uint32_t)(n < fewest_samples ? fewest_samples : n > most ? most : n);
 }
 
-static int has_inside(const nsdf_sample_set *set) {
+int nsdf_has_inside(const nsdf_sample_set *set) {
     for (size_t i = 0; i < set->count; i++)
         if (set->d[i] < 0.0f)
             return 1;
@@ -51,21 +51,21 @@ static void sample_one(void *data, uint32_t index, uint32_t worker) {
     nsdf_frame *frame = &c->job->frames->frames[i];
     const nsdf_encoder_options *o = c->job->options;
     (void)worker;
-    c->fault[i] = FAULT_NO_AREA;
-    if (!(nsdf_surface_area(&frame->surface) > 0.0))
-        return;
     c->fault[i] = FAULT_NO_MEMORY;
-    if (nsdf_frame_orient(frame, o->shell > 0.0) != 0 || (!(o->shell > 0.0) && nsdf_frame_find_outer(frame) != 0) ||
-        nsdf_frame_find_smallest_piece(frame) != 0)
-        return;
-    nsdf_sdf *sdf = nsdf_frame_sdf(frame, (float)(o->shell / c->job->header->scale));
+    nsdf_sdf *sdf = nsdf_frame_sdf(frame);
     if (!sdf)
         return;
     nsdf_random random = nsdf_random_start(o->seed, 1000 + (uint64_t)i);
     nsdf_sample_set *set = &c->dataset->sets[i];
     if (nsdf_sample_frame(sdf, nsdf_frame_outer(frame), &c->params, &random, set) == 0)
-        c->fault[i] = has_inside(set) ? FAULT_NONE : FAULT_NO_INSIDE;
+        c->fault[i] = nsdf_has_inside(set) ? FAULT_NONE : FAULT_NO_INSIDE;
     nsdf_sdf_free(sdf);
+}
+
+nsdf_status nsdf_no_inside(const nsdf_frame *frame, nsdf_encoder_error *error) {
+    return nsdf_encoder_fail(error, NSDF_INVALID_ARGUMENT,
+                             "frame %u has no inside: it is a sheet with %llu open edges; give it a thickness (shell)",
+                             frame->number, (unsigned long long)frame->report.open_edges);
 }
 
 static nsdf_status check_frames(const context *c, uint32_t from, uint32_t to, nsdf_encoder_error *error) {
@@ -73,13 +73,8 @@ static nsdf_status check_frames(const context *c, uint32_t from, uint32_t to, ns
         const nsdf_frame *f = &c->job->frames->frames[i];
         if (c->fault[i] == FAULT_NO_MEMORY)
             return nsdf_encoder_fail(error, NSDF_NO_MEMORY, "out of memory for samples of frame %u", f->number);
-        if (c->fault[i] == FAULT_NO_AREA)
-            return nsdf_encoder_fail(error, NSDF_INVALID_ARGUMENT, "frame %u has no area", f->number);
         if (c->fault[i] == FAULT_NO_INSIDE)
-            return nsdf_encoder_fail(error, NSDF_INVALID_ARGUMENT,
-                                     "frame %u has no inside: it is a sheet with %u open edges; give it a thickness "
-                                     "(shell)",
-                                     f->number, f->open_edges);
+            return nsdf_no_inside(f, error);
     }
     return NSDF_OK;
 }
@@ -97,7 +92,7 @@ static nsdf_status sample_all(context *c, nsdf_encoder_error *error) {
             return status;
         double done = (double)(i + n) / (double)count, spent = nsdf_clock() - began;
         nsdf_progress p = {NSDF_STAGE_SAMPLE,
-                           done,
+                           NSDF_REPAIR_SHARE + (1.0 - NSDF_REPAIR_SHARE) * done,
                            nsdf_clock() - job->start_time,
                            0.0,
                            (double)(i + n) * (double)c->params.count / (spent > 0.0 ? spent : 1.0),

@@ -14,8 +14,11 @@ typedef struct nsdf_dataset {
     double bytes; /* memory that the samples take */
 } nsdf_dataset;
 
+/* Of the sampling stage, what repairing the frames before it takes. */
+#define NSDF_REPAIR_SHARE 0.3
+
 typedef struct nsdf_dataset_job {
-    nsdf_frames *frames; /* normalised; sign rules and orientation are decided here */
+    nsdf_frames *frames; /* normalised and repaired */
     const nsdf_encoder_options *options;
     const nsdf_file_header *header;
     nsdf_workers *workers;
@@ -31,5 +34,9 @@ void nsdf_dataset_free(nsdf_dataset *dataset);
 
 /* Sets value_scale and value_offset (5.10) and time_scale (5.11 to 5.13) of the network. */
 void nsdf_dataset_normalise(const nsdf_dataset *dataset, const nsdf_encoder_options *options, nsdf_network_desc *desc);
+
+/* Whether any sample is inside, and what to say of a frame where none is. */
+int nsdf_has_inside(const nsdf_sample_set *set);
+nsdf_status nsdf_no_inside(const nsdf_frame *frame, nsdf_encoder_error *error);
 
 #endif

@@ -7,6 +7,7 @@
 #include "dataset.h"
 #include "encoder_options.h"
 #include "fit.h"
+#include "frames_repair.h"
 #include "rate_blocks.h"
 #include "rate_control.h"
 #include "rate_network.h"
@@ -15,8 +16,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* The domain is the sequence's box, larger by this fraction of the diagonal on every side. */
-static const double domain_margin = 0.02;
 static const float provisional_bound = 64.0f;
 static const float largest_speck = 0.125f;
 /* A piece of this share of the input's smallest one is part of the surface, if badly fitted. */
@@ -80,9 +79,6 @@ nsdf_status nsdf_encoder_create(nsdf_encoder **encoder, const nsdf_encoder_optio
     if (!e)
         return nsdf_encoder_fail(error, NSDF_NO_MEMORY, "out of memory");
     e->options = *options;
-    /* Nodes lie on the sheet, not on the shell around it, and an open sheet's winding number tells no inside. */
-    if (options->shell > 0.0)
-        e->options.blocks = 0;
     *encoder = e;
     return NSDF_OK;
 }
@@ -188,21 +184,34 @@ static nsdf_frames shown_frames(const nsdf_encoder *e) {
     return shown;
 }
 
+/* Makes the frames boundaries of bodies, and settles the options that depend on what they are. */
+static nsdf_status repair(run *r) {
+    nsdf_encoder *e = r->encoder;
+    const nsdf_repair_job job = {&e->frames, &e->options, &e->header, r->workers, r->progress, r->user, r->start};
+    const nsdf_status status = nsdf_frames_repair(&job, &e->stats.input, r->error);
+    if (status == NSDF_OK)
+        nsdf_suit_sheets(&e->options, &e->stats.input, &e->header);
+    return status;
+}
+
 static nsdf_status prepare(run *r) {
-    const nsdf_encoder_options *o = &r->encoder->options;
+    nsdf_encoder_options *o = &r->encoder->options;
     nsdf_frames *frames = &r->encoder->frames;
     nsdf_file_header *h = &r->encoder->header;
     nsdf_model *model = &r->encoder->model;
-    nsdf_status status = nsdf_frames_normalise(frames, domain_margin, h, r->error);
+    const double margin = NSDF_DOMAIN_MARGIN + nsdf_shell_margin(o, frames);
+    nsdf_status status = nsdf_frames_normalise(frames, margin, h, r->error);
     h->rate_num = o->rate_num;
     h->rate_den = o->rate_den;
     r->encoder->shown = shown_frames(r->encoder);
     h->frame_count = nominal_frames(&r->encoder->shown);
     h->segment_count = 1;
-    h->default_resolution = o->resolution;
     h->extraction_bound = provisional_bound;
     r->size = asked_size(r->encoder);
     r->workers = nsdf_workers_create(o->threads);
+    if (status == NSDF_OK && r->workers)
+        status = repair(r);
+    h->default_resolution = o->resolution;
     nsdf_model_describe(model, o, frames->count);
     if (status == NSDF_OK && model->parameter_count > NSDF_MAX_PARAMETERS)
         return nsdf_encoder_fail(r->error, NSDF_LIMIT, "the model has %llu parameters, at most %llu are allowed",
@@ -216,18 +225,12 @@ static nsdf_status prepare(run *r) {
 
 static nsdf_status sample(run *r) {
     nsdf_frames *frames = &r->encoder->frames;
-    nsdf_encoder_stats *stats = &r->encoder->stats;
     nsdf_dataset_job job = {frames,  &r->encoder->options, &r->encoder->header, r->workers, r->progress, r->user,
                             r->start};
     nsdf_status status = nsdf_dataset_create(&r->dataset, &job, r->error);
     if (status != NSDF_OK)
         return status;
     nsdf_dataset_normalise(&r->dataset, &r->encoder->options, &r->encoder->model.desc);
-    for (uint32_t i = 0; i < frames->count; i++) {
-        stats->open_edges += frames->frames[i].open_edges;
-        stats->open_frames += frames->frames[i].open_edges > 0;
-        stats->reversed_frames += (uint32_t)frames->frames[i].reversed;
-    }
     return NSDF_OK;
 }
 

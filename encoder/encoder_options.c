@@ -46,7 +46,6 @@ static nsdf_encoder_options common_options(void) {
     o.weight_bits = 11.0;
     o.quantise_aware = 1;
     o.entropy = NSDF_CODER_RANGE;
-    o.resolution = 192;
     o.smallest_piece = -1.0;
     o.verify = 1;
     return o;
@@ -167,7 +166,7 @@ static nsdf_status check_fitting(const nsdf_encoder_options *o, nsdf_encoder_err
         {"d_0.5", o->d_half, 1e-6, 10},
         {"time normalisation", (double)o->time_norm, 0, 1},
         {"SDF normalisation", (double)o->sdf_norm, 0, 1},
-        {"shell", o->shell, 0, 1e30},
+        {"shell", o->shell == NSDF_NO_SHELL ? 0.0 : o->shell, 0, 1e30},
         {"loss", (double)o->loss, 0, 2},
         {"loss d0", o->loss_d0, 1e-6, 1e6},
         {"loss delta", o->loss_delta, 0, 10},
@@ -180,7 +179,7 @@ static nsdf_status check_fitting(const nsdf_encoder_options *o, nsdf_encoder_err
         {"points of the blocks' batch", o->block_points, 1, 1 << 16},
         {"learning rate", o->learning_rate, 1e-12, 1},
         {"entropy coder", (double)o->entropy, 0, 3},
-        {"resolution", o->resolution, 2, NSDF_MAX_RESOLUTION},
+        {"resolution", o->resolution ? o->resolution : 2, 2, NSDF_MAX_RESOLUTION},
         {"smallest piece", o->smallest_piece, -1, 1},
     };
     nsdf_status status = check_ranges(ranges, sizeof ranges / sizeof *ranges, error);

@@ -80,7 +80,7 @@ nsdf_status nsdf_frames_add(nsdf_frames *frames, uint32_t number, const nsdf_inp
             frames->box_min[k] = frames->box_max[k] = frames->origin[k];
         }
     for (size_t i = 0; i < positions; i++)
-        s.positions[i] = (float)(mesh->positions[i] - frames->origin[i % 3]);
+        s.positions[i] = isfinite(mesh->positions[i]) ? (float)(mesh->positions[i] - frames->origin[i % 3]) : 0.0f;
     memcpy(s.indices, mesh->indices, indices * sizeof *s.indices);
     extend_box(frames, mesh);
     frames->triangles += mesh->triangle_count;
@@ -138,22 +138,12 @@ nsdf_status nsdf_frames_normalise(nsdf_frames *frames, double margin, nsdf_file_
     return NSDF_OK;
 }
 
-/* ---- Orientation ---------------------------------------------------------------------------------------- */
+/* ---- Repair --------------------------------------------------------------------------------------------- */
 
-int nsdf_frame_orient(nsdf_frame *frame, int shell) {
-    nsdf_surface *s = &frame->surface;
-    nsdf_edge_count edges;
-    if (nsdf_surface_count_edges(s, &edges) != 0)
+int nsdf_frame_repair(nsdf_frame *frame, const nsdf_repair_rule *rule) {
+    memset(&frame->report, 0, sizeof frame->report);
+    if (nsdf_repair_surface(&frame->surface, rule, &frame->filled, &frame->report) != 0)
         return -1;
-    frame->open_edges = edges.boundary + edges.non_manifold + edges.inconsistent;
-    frame->sign = shell ? NSDF_SIGN_SHELL : frame->open_edges ? NSDF_SIGN_WINDING : NSDF_SIGN_PSEUDO_NORMAL;
-    if (shell || nsdf_surface_volume(s) >= 0.0)
-        return 0;
-    frame->reversed = 1;
-    for (size_t i = 0; i < s->triangle_count; i++) {
-        uint32_t t = s->indices[3 * i + 1];
-        s->indices[3 * i + 1] = s->indices[3 * i + 2];
-        s->indices[3 * i + 2] = t;
-    }
+    frame->sign = frame->report.open_bodies ? NSDF_SIGN_WINDING : NSDF_SIGN_PSEUDO_NORMAL;
     return 0;
 }

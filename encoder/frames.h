@@ -4,14 +4,18 @@
 
 #include "format_desc.h"
 #include "nsdf/encoder.h"
+#include "repair/repair.h"
 #include "sdf.h"
+
+/* The domain is the sequence's box, larger by this fraction of the diagonal on every side. */
+#define NSDF_DOMAIN_MARGIN 0.02
 
 typedef struct nsdf_frame {
     uint32_t number;      /* nominal frame */
     nsdf_surface surface; /* relative to the origin; normalised after nsdf_frames_normalise */
     nsdf_sign_rule sign;
-    uint32_t open_edges;  /* boundary, non-manifold and inconsistent edges */
-    int reversed;         /* the triangles faced inward */
+    nsdf_mesh_report report;
+    uint32_t filled;      /* triangles of the surface that repair closed holes with, which come last */
     nsdf_surface outer;   /* triangles on the outside of all parts together, where parts pass through each other: own
                              indices, the surface's positions; no triangles when all are on the outside */
     float smallest_piece; /* diagonal of the box of its smallest connected piece of which a part is on the outside */
@@ -44,11 +48,11 @@ nsdf_status nsdf_frames_set_box(nsdf_frames *frames, const double box_min[3], co
 /* Index of the frame with a number; frames->count when it was not added. */
 uint32_t nsdf_frames_find(const nsdf_frames *frames, uint32_t number);
 
-/* Decides a frame's sign rule, and turns its triangles round when they face inward.  Normalised surfaces; reads and
- * writes this frame only.  Returns 0, or -1 when memory ran out. */
-int nsdf_frame_orient(nsdf_frame *frame, int shell);
+/* Makes the surface the boundary of a body as far as it can be, decides the sign rule, and fills the report.
+ * Normalised surfaces; reads and writes this frame only.  Returns 0, or -1 when memory ran out. */
+int nsdf_frame_repair(nsdf_frame *frame, const nsdf_repair_rule *rule);
 
-/* Finds frame->outer of an oriented frame that is not a shell.  Returns 0, or -1 when memory ran out. */
+/* Finds frame->outer of a repaired frame, and reports how much is hidden.  Returns 0, or -1 when memory ran out. */
 int nsdf_frame_find_outer(nsdf_frame *frame);
 
 /* Finds frame->smallest_piece of a frame whose outside is known; equal positions count as one vertex.  Returns 0, or -1
@@ -61,8 +65,8 @@ float nsdf_frames_smallest_piece(const nsdf_frames *frames);
 /* What counts of a frame: its outer triangles. */
 const nsdf_surface *nsdf_frame_outer(const nsdf_frame *frame);
 
-/* Signed distance to what counts of a frame; shell = thickness, for the shell rule.  NULL when memory ran out. */
-nsdf_sdf *nsdf_frame_sdf(const nsdf_frame *frame, float shell);
+/* Signed distance to what counts of a frame.  NULL when memory ran out. */
+nsdf_sdf *nsdf_frame_sdf(const nsdf_frame *frame);
 
 /* Writes into error and returns status. */
 nsdf_status nsdf_encoder_fail(nsdf_encoder_error *error, nsdf_status status, const char *format, ...)

@@ -4,8 +4,8 @@
 
 #include "nsdf/encoder.h"
 
-/* Fails with NSDF_INVALID_ARGUMENT when there are no triangles, a coordinate is not finite or above 1e30, or an index
- * is out of range; the message begins with `name` and a colon. */
+/* Fails with NSDF_INVALID_ARGUMENT when there are no triangles, an index is out of range, or a coordinate of a vertex
+ * that a triangle uses is not finite or above 1e30; the message begins with `name` and a colon. */
 nsdf_status nsdf_check_mesh(const char *name, const nsdf_input_mesh *mesh, nsdf_encoder_error *error);
 
 #endif

@@ -28,10 +28,11 @@ void nsdf_nodes_free(nsdf_nodes *n) {
 
 int nsdf_frames_connected(const nsdf_frames *frames) {
     const nsdf_surface *first = &frames->frames[0].surface;
+    const uint32_t count = first->triangle_count - frames->frames[0].filled;
     for (uint32_t f = 1; f < frames->count; f++) {
         const nsdf_surface *s = &frames->frames[f].surface;
-        if (s->vertex_count != first->vertex_count || s->triangle_count != first->triangle_count ||
-            memcmp(s->indices, first->indices, 3 * sizeof(uint32_t) * s->triangle_count) != 0)
+        if (s->vertex_count != first->vertex_count || s->triangle_count - frames->frames[f].filled != count ||
+            memcmp(s->indices, first->indices, 3 * sizeof(uint32_t) * count) != 0)
             return 0;
     }
     return 1;

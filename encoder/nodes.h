@@ -34,8 +34,8 @@ static inline float *nsdf_node_at(const nsdf_nodes *nodes, uint32_t frame, uint3
     return nodes->positions[(size_t)frame * nodes->count + node];
 }
 
-/* Whether all frames have the same triangles on as many vertices: vertices then are taken for the same points of the
- * moving surface. */
+/* Whether all frames have the same triangles, but those that close holes, on as many vertices: vertices then are taken
+ * for the same points of the moving surface. */
 int nsdf_frames_connected(const nsdf_frames *frames);
 
 /* Moves the nodes with their triangles: for connected frames.  Neighbours that come apart are no neighbours. */

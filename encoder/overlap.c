@@ -39,7 +39,7 @@ static int hides_any(const nsdf_sdf *sdf, const nsdf_surface *s) {
 
 int nsdf_frame_find_outer(nsdf_frame *frame) {
     const nsdf_surface *s = &frame->surface;
-    nsdf_sdf *sdf = nsdf_sdf_create(s, NSDF_SIGN_WINDING, 0.0f);
+    nsdf_sdf *sdf = nsdf_sdf_create(s, NSDF_SIGN_WINDING);
     if (!sdf)
         return -1;
     if (!hides_any(sdf, s)) {
@@ -58,6 +58,7 @@ int nsdf_frame_find_outer(nsdf_frame *frame) {
         free(outer.indices); /* nothing is outside: take the mesh as it is */
     else
         frame->outer = outer;
+    frame->report.hidden_faces = s->triangle_count - nsdf_frame_outer(frame)->triangle_count;
     return 0;
 }
 
@@ -65,8 +66,8 @@ const nsdf_surface *nsdf_frame_outer(const nsdf_frame *frame) {
     return frame->outer.triangle_count ? &frame->outer : &frame->surface;
 }
 
-nsdf_sdf *nsdf_frame_sdf(const nsdf_frame *frame, float shell) {
+nsdf_sdf *nsdf_frame_sdf(const nsdf_frame *frame) {
     if (frame->outer.triangle_count)
         return nsdf_sdf_create_union(&frame->outer, &frame->surface);
-    return nsdf_sdf_create(&frame->surface, frame->sign, shell);
+    return nsdf_sdf_create(&frame->surface, frame->sign);
 }

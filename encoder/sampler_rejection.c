@@ -159,14 +159,11 @@ static double draw_laplace(double k, nsdf_random *random) {
     return nsdf_random_u32(random) & 1 ? size : -size;
 }
 
-/* The zero set of a shell is half its thickness away from the triangles, to both sides. */
-static void draw_from_surface(const nsdf_area_table *table, const nsdf_sdf *sdf, double k, nsdf_random *random,
-                              float xyz[3]) {
+static void draw_from_surface(const nsdf_area_table *table, double k, nsdf_random *random, float xyz[3]) {
     uint32_t triangle = nsdf_area_table_draw(table, random, xyz);
     nsdf_triangle t = nsdf_triangle_load(table->surface, triangle);
     nsdf_vec3 cross = nsdf_triangle_cross(&t);
-    double depth = fabs((double)nsdf_sdf_distance(sdf, xyz)), side = nsdf_random_u32(random) & 1 ? 1.0 : -1.0;
-    double step = (side * depth + draw_laplace(k, random)) / nsdf_vec3_length(cross);
+    double step = draw_laplace(k, random) / nsdf_vec3_length(cross);
     xyz[0] += (float)(step * cross.x);
     xyz[1] += (float)(step * cross.y);
     xyz[2] += (float)(step * cross.z);
@@ -177,7 +174,7 @@ static void fill_set(const cells *c, const double *sums, const nsdf_area_table *
     for (size_t i = 0; i < set->count; i++) {
         float xyz[3], distance;
         if (!draw_from_cells(c, sums, sdf, params, random, xyz, &distance) && table->sums != NULL) {
-            draw_from_surface(table, sdf, c->k, random, xyz);
+            draw_from_surface(table, c->k, random, xyz);
             clamp_to_domain(params, xyz);
             distance = nsdf_sdf_distance(sdf, xyz);
         }

@@ -11,17 +11,15 @@ struct nsdf_sdf {
     nsdf_nearest_index index;
     nsdf_winding winding;
     nsdf_sign_rule rule;
-    float half_thickness;
     nsdf_sdf *whole; /* gives the signs, if not NULL */
 };
 
-nsdf_sdf *nsdf_sdf_create(const nsdf_surface *surface, nsdf_sign_rule rule, float thickness) {
+nsdf_sdf *nsdf_sdf_create(const nsdf_surface *surface, nsdf_sign_rule rule) {
     nsdf_sdf *sdf = surface->triangle_count > 0 ? calloc(1, sizeof *sdf) : NULL;
     if (sdf == NULL) {
         return NULL;
     }
     sdf->rule = rule;
-    sdf->half_thickness = 0.5f * thickness;
     if (nsdf_nearest_index_build(&sdf->index, surface) != 0 ||
         nsdf_winding_build(&sdf->winding, &sdf->index.bvh, surface) != 0) {
         nsdf_sdf_free(sdf);
@@ -31,11 +29,11 @@ nsdf_sdf *nsdf_sdf_create(const nsdf_surface *surface, nsdf_sign_rule rule, floa
 }
 
 nsdf_sdf *nsdf_sdf_create_union(const nsdf_surface *outer, const nsdf_surface *whole) {
-    nsdf_sdf *sdf = nsdf_sdf_create(outer, NSDF_SIGN_WINDING, 0.0f);
+    nsdf_sdf *sdf = nsdf_sdf_create(outer, NSDF_SIGN_WINDING);
     if (sdf == NULL) {
         return NULL;
     }
-    sdf->whole = nsdf_sdf_create(whole, NSDF_SIGN_WINDING, 0.0f);
+    sdf->whole = nsdf_sdf_create(whole, NSDF_SIGN_WINDING);
     if (sdf->whole == NULL) {
         nsdf_sdf_free(sdf);
         return NULL;
@@ -90,9 +88,6 @@ float nsdf_sdf_distance_below(const nsdf_sdf *sdf, const float point[3], float u
         found = nsdf_find_nearest(&sdf->index, point, INFINITY);
     }
     float distance = (float)sqrt(found.distance2);
-    if (sdf->rule == NSDF_SIGN_SHELL) {
-        return distance - sdf->half_thickness;
-    }
     return is_inside(sdf, point, &found) ? -distance : distance;
 }
 

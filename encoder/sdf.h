@@ -10,14 +10,12 @@ typedef struct nsdf_sdf nsdf_sdf;
 
 typedef enum nsdf_sign_rule {
     NSDF_SIGN_PSEUDO_NORMAL = 0, /* exact for closed, consistently oriented meshes */
-    NSDF_SIGN_WINDING = 1,       /* inside where the winding number is above 1/2 */
-    NSDF_SIGN_SHELL = 2          /* unsigned distance minus half the thickness */
+    NSDF_SIGN_WINDING = 1        /* inside where the winding number is above 1/2 */
 } nsdf_sign_rule;
 
 /* Builds the hierarchy; the surface is borrowed and must stay unchanged.  NULL when memory ran out or the surface has
- * no triangle.  `thickness` is for NSDF_SIGN_SHELL only, normalised units.  Triangles without area count as the
- * segments or points they are. */
-nsdf_sdf *nsdf_sdf_create(const nsdf_surface *surface, nsdf_sign_rule rule, float thickness);
+ * no triangle.  Triangles without area count as the segments or points they are. */
+nsdf_sdf *nsdf_sdf_create(const nsdf_surface *surface, nsdf_sign_rule rule);
 /* Distance to `outer`, a part of `whole` on the same positions, with signs by the winding number of `whole`: for meshes
  * whose parts pass through each other, of which only the outside of their union counts.  Both are borrowed. */
 nsdf_sdf *nsdf_sdf_create_union(const nsdf_surface *outer, const nsdf_surface *whole);

@@ -80,11 +80,8 @@ static void add_hard(finder *f, const float p[3]) {
     hard->d[i] = nsdf_sdf_distance(f->sdf, p);
 }
 
-/* The surface lies on the triangles, or half the thickness of a shell away from them. */
 static int is_near(const finder *f, const float p[3]) {
-    float half = 0.5f * f->s->job->shell, limit = half + NSDF_STRAY_TOLERANCE;
-    float distance = nsdf_sdf_unsigned(f->sdf, p, limit, NULL);
-    return distance < limit && distance > half - NSDF_STRAY_TOLERANCE;
+    return nsdf_sdf_unsigned(f->sdf, p, NSDF_STRAY_TOLERANCE, NULL) < NSDF_STRAY_TOLERANCE;
 }
 
 static void look_at_crossing(finder *f, const float p[3]) {
@@ -164,7 +161,7 @@ static void search_frame(void *data, uint32_t index, uint32_t worker) {
     uint32_t total = s->cubes[0] * s->cubes[1] * s->cubes[2];
     float *memory = malloc((job->model->composed_size + 4 * CHUNK) * sizeof *memory);
     uint32_t *list = malloc(total * sizeof *list);
-    nsdf_sdf *sdf = nsdf_frame_sdf(frame, job->shell);
+    nsdf_sdf *sdf = nsdf_frame_sdf(frame);
     s->failed[index] = !memory || !list || !sdf || nsdf_stray_room(&job->hard[index]) != 0;
     if (!s->failed[index]) {
         float *composed = memory + 4 * CHUNK, *value = memory + 3 * CHUNK;

@@ -16,10 +16,10 @@ typedef struct nsdf_stray_job {
     nsdf_fit_scratch *const *scratch; /* [worker] */
     const float *parameters;
     const nsdf_frames *frames;
-    const double *u;                           /* [frame_count] */
-    float domain_min[3], domain_max[3], shell; /* normalised */
-    uint32_t resolution;                       /* cells of the search grid along the domain's longest side */
-    uint64_t seed;                             /* moves the grid */
+    const double *u;                    /* [frame_count] */
+    float domain_min[3], domain_max[3]; /* normalised */
+    uint32_t resolution;                /* cells of the search grid along the domain's longest side */
+    uint64_t seed;                      /* moves the grid */
     nsdf_workers *workers;
     nsdf_sample_set *hard; /* [frame_count]: points found are added, up to NSDF_MOST_HARD */
 } nsdf_stray_job;

@@ -42,17 +42,13 @@ static int normalised_copy(const nsdf_file_header *header, const nsdf_mesh *mesh
     return 0;
 }
 
-/* Whether a point is further than stray_distance from the input: its triangles, or half the thickness of a shell away
- * from them. */
-static int is_stray(const nsdf_sdf *input, const float point[3], float shell) {
-    float half = 0.5f * shell, limit = half + stray_distance;
-    float distance = nsdf_sdf_unsigned(input, point, limit, NULL);
-    return distance >= limit || distance <= half - stray_distance;
+static int is_stray(const nsdf_sdf *input, const float point[3]) {
+    return nsdf_sdf_unsigned(input, point, stray_distance, NULL) >= stray_distance;
 }
 
 /* Marks the pieces, but for the largest, with a vertex away from the input.  Returns 0, or -1 when memory ran out. */
-static int mark_strays(const nsdf_surface *decoded, const nsdf_sdf *input, float shell, const uint32_t *piece,
-                       uint32_t pieces, uint8_t *stray) {
+static int mark_strays(const nsdf_surface *decoded, const nsdf_sdf *input, const uint32_t *piece, uint32_t pieces,
+                       uint8_t *stray) {
     uint32_t *size = calloc(pieces, sizeof *size), largest = 0;
     if (!size)
         return -1;
@@ -64,7 +60,7 @@ static int mark_strays(const nsdf_surface *decoded, const nsdf_sdf *input, float
         if (piece[i] == largest || stray[piece[i]])
             continue;
         const float *v = decoded->positions + 3 * (size_t)decoded->indices[3 * (size_t)i];
-        stray[piece[i]] = (uint8_t)is_stray(input, v, shell);
+        stray[piece[i]] = (uint8_t)is_stray(input, v);
     }
     free(size);
     return 0;
@@ -72,8 +68,8 @@ static int mark_strays(const nsdf_surface *decoded, const nsdf_sdf *input, float
 
 /* Vertices of stray pieces, with the distances that the field should have there. */
 static int collect_strays(const nsdf_surface *decoded, const uint32_t *piece, const uint8_t *stray,
-                          const nsdf_frame *frame, float shell, nsdf_sample_set *set) {
-    nsdf_sdf *sdf = nsdf_frame_sdf(frame, shell);
+                          const nsdf_frame *frame, nsdf_sample_set *set) {
+    nsdf_sdf *sdf = nsdf_frame_sdf(frame);
     float *block = sdf ? malloc(NSDF_MOST_STRAYS * sizeof *block) : NULL;
     if (block) {
         nsdf_sample_set s = {block, malloc(NSDF_MOST_STRAYS * sizeof(float)), malloc(NSDF_MOST_STRAYS * sizeof(float)),
@@ -112,18 +108,17 @@ static int report_pieces(const nsdf_surface *decoded, const uint32_t *piece, con
     return 0;
 }
 
-static int find_stray_pieces(comparison *c, const nsdf_sdf *input, const nsdf_frame *frame, float shell,
-                             nsdf_sample_set *set) {
+static int find_stray_pieces(comparison *c, const nsdf_sdf *input, const nsdf_frame *frame, nsdf_sample_set *set) {
     const nsdf_surface *decoded = &c->decoded;
     uint32_t *piece = malloc(sizeof *piece * ((size_t)decoded->triangle_count + 1));
     int64_t pieces = piece ? nsdf_surface_components(decoded, piece) : -1;
     uint8_t *stray = pieces > 0 ? calloc((size_t)pieces, 1) : NULL;
     int failed = pieces < 0 || (pieces > 0 && !stray);
     if (stray) {
-        failed = mark_strays(decoded, input, shell, piece, (uint32_t)pieces, stray) != 0 ||
+        failed = mark_strays(decoded, input, piece, (uint32_t)pieces, stray) != 0 ||
                  report_pieces(decoded, piece, stray, (uint32_t)pieces, &c->pieces) != 0;
         if (!failed && c->pieces.stray)
-            failed = collect_strays(decoded, piece, stray, frame, shell, set) != 0;
+            failed = collect_strays(decoded, piece, stray, frame, set) != 0;
     }
     free(piece);
     free(stray);
@@ -140,15 +135,13 @@ static void compare_one(void *data, uint32_t index, uint32_t worker) {
     group *g = data;
     comparison *c = &g->items[index];
     const nsdf_frame *frame = &g->job->frames->frames[g->first + index];
-    float shell = (float)(g->job->options->shell / g->job->header->scale);
     (void)worker;
     c->failed = 1;
     memset(c->stats, 0, sizeof c->stats);
     c->pieces = (nsdf_piece_report){0, 0.0f, INFINITY};
     if (normalised_copy(g->job->header, c->mesh, &c->decoded) == 0) {
-        nsdf_sdf *input = nsdf_sdf_create(&frame->surface, frame->sign, shell);
-        nsdf_sdf *decoded =
-            c->decoded.triangle_count ? nsdf_sdf_create(&c->decoded, NSDF_SIGN_PSEUDO_NORMAL, 0.0f) : NULL;
+        nsdf_sdf *input = nsdf_sdf_create(&frame->surface, frame->sign);
+        nsdf_sdf *decoded = c->decoded.triangle_count ? nsdf_sdf_create(&c->decoded, NSDF_SIGN_PSEUDO_NORMAL) : NULL;
         nsdf_random random = nsdf_random_start(g->job->options->seed, 0x100000000u + frame->number);
         if (c->decoded.triangle_count == 0) {
             missing(c);
@@ -156,7 +149,7 @@ static void compare_one(void *data, uint32_t index, uint32_t worker) {
         } else if (input && decoded) {
             c->failed = nsdf_add_surface_distances(&frame->surface, decoded, SAMPLES, &random, &c->stats[0]) != 0 ||
                         nsdf_add_surface_distances(&c->decoded, input, SAMPLES, &random, &c->stats[1]) != 0 ||
-                        find_stray_pieces(c, input, frame, shell, &g->strays[g->first + index]) != 0;
+                        find_stray_pieces(c, input, frame, &g->strays[g->first + index]) != 0;
         }
         nsdf_sdf_free(input);
         nsdf_sdf_free(decoded);

@@ -1,6 +1,8 @@
 /* nsdf-enc: mesh sequence in, .nsdf file out. */
 #include "cli_util.h"
+#include "enc_check.h"
 #include "enc_checkpoint.h"
+#include "enc_dirt.h"
 #include "enc_mpi.h"
 #include "enc_report.h"
 #include "enc_segments.h"
@@ -82,11 +84,10 @@ static int add_frames(const nsdf_cli_list *list, nsdf_encoder *encoder, nsdf_seq
 }
 
 static void warn_about_input(const enc_options *o, const nsdf_encoder_stats *s) {
-    if (s->open_frames && !(o->encoder.shell > 0))
-        nsdf_cli_warn("%u of %u frames are not closed (%llu open edges): inside and outside by winding number",
-                      s->open_frames, s->frames, (unsigned long long)s->open_edges);
-    if (s->reversed_frames)
-        nsdf_cli_warn("%u of %u frames faced inward and were turned round", s->reversed_frames, s->frames);
+    char text[600];
+    if (*enc_explain_dirt(&s->input, s->frames, o->encoder.shell > 0.0, text, sizeof text))
+        nsdf_cli_warn("%llu of %u frames are not clean; of each: %s", (unsigned long long)s->input.dirty, s->frames,
+                      text);
 }
 
 static void summarise(const enc_options *o, const nsdf_encoder_stats *s) {
@@ -282,7 +283,10 @@ static int encode_frames(const enc_options *o, nsdf_encoder *encoder, nsdf_seque
 static int encode_sequence(const enc_options *o, nsdf_encoder *encoder, nsdf_sequence **sequence, outputs *out) {
     nsdf_cli_list list;
     int code = enc_choose_frames(o, nsdf_sequence_frame_count(*sequence), &list);
-    if (enc_mpi_rank() == 0)
+    if (code == NSDF_CLI_SUCCESS && o->check) {
+        code = enc_mpi_rank() == 0 ? enc_check(o, *sequence, &list) : NSDF_CLI_SUCCESS;
+        enc_mpi_announce(NULL);
+    } else if (enc_mpi_rank() == 0)
         code = encode_frames(o, encoder, sequence, &list, code, out);
     else if (code == NSDF_CLI_SUCCESS)
         code = enc_mpi_serve(o, *sequence, &list);

@@ -28,9 +28,13 @@ static const char help_text[] =
     "      --segment SECONDS    fit stretches of this length apart and join them; 0 = all at once (default: long\n"
     "                           sequences in stretches of up to 240 frames)\n"
     "      --jobs N             stretches at a time, each in a process of its own (default 1)\n"
-    "      --shell T            the surface is an open sheet: give it thickness T, in the input's units\n"
+    "      --shell T            thickness of open sheets, in the input's units: every piece with an open edge gets "
+    "it;\n"
+    "                           none: all are closed (default: auto, sheets among them get 1/300 of the diagonal)\n"
+    "      --check[=json]       say what is wrong with the input and what would be done about it, and encode nothing;\n"
+    "                           exit code 1 when a frame cannot be encoded\n"
     "      --resolution N       resolution at which players extract by default, and at which the result is verified:\n"
-    "                           cells along the longest side, 2 to 4096 (default 192)\n"
+    "                           cells along the longest side, 2 to 4096 (default 192, or more as sheets need)\n"
     "      --smallest-piece F   players leave out pieces of the surface smaller than this fraction of the diagonal;\n"
     "                           0 keeps all (default: half the smallest piece of the input, at most 0.125)\n"
     "      --report FILE.json   write options, times and measured errors\n"
@@ -54,7 +58,7 @@ static const char help_text[] =
     "      --knot-spacing F     frames per spline knot;  --rank N  rank of low-rank tensors\n"
     "      --omega F            frequency of the first sine layer;  --omega-hidden F  of the others\n"
     "      --fourier-features N rows of B;  --fourier-sigma F  their deviation;  --fourier-trained  fit and store B\n"
-    "Moving blocks, the default instead of the network; its options choose that, and so does --shell:\n"
+    "Moving blocks, the default instead of the network; its options choose that, and so do sheets:\n"
     "      --blocks K           how many; 0 = the network\n"
     "      --block-overlap F    how many hold a point of the surface; or --block-radius F, fraction of the diagonal\n"
     "      --bones N            that move them;  --block-knot-spacing F  frames per control point of their motion\n"
@@ -94,6 +98,7 @@ enum {
     OPT_SEGMENT,
     OPT_JOBS,
     OPT_SHELL,
+    OPT_CHECK,
     OPT_RESOLUTION,
     OPT_REPORT,
     OPT_CHECKPOINT,
@@ -163,6 +168,7 @@ static const struct option long_options[] = {
     {"segment", required_argument, NULL, OPT_SEGMENT},
     {"jobs", required_argument, NULL, OPT_JOBS},
     {"shell", required_argument, NULL, OPT_SHELL},
+    {"check", optional_argument, NULL, OPT_CHECK},
     {"resolution", required_argument, NULL, OPT_RESOLUTION},
     {"smallest-piece", required_argument, NULL, OPT_SMALLEST_PIECE},
     {"report", required_argument, NULL, OPT_REPORT},
@@ -236,6 +242,21 @@ static int set_u32(int code, const char *text, uint32_t *out) {
 
 static int set_double(int code, const char *text, double *out) {
     return nsdf_cli_parse_double(text, out) == 0 ? 0 : bad_value(code, text, "a number");
+}
+
+static int set_shell(int code, const char *text, double *out) {
+    if (strcmp(text, "auto") == 0)
+        *out = 0.0;
+    else if (strcmp(text, "none") == 0)
+        *out = NSDF_NO_SHELL;
+    else if (nsdf_cli_parse_double(text, out) != 0 || !(*out > 0.0))
+        return bad_value(code, text, "a thickness above 0, auto or none");
+    return 0;
+}
+
+static int set_check(int code, const char *text, enc_check_form *out) {
+    *out = text ? ENC_CHECK_JSON : ENC_CHECK_TEXT;
+    return !text || strcmp(text, "json") == 0 ? 0 : bad_value(code, text, "json");
 }
 
 /* `names` are separated by '|'; *out gets the index of `text`. */
@@ -338,7 +359,9 @@ static int apply_general(enc_options *o, int code, const char *text) {
     case OPT_JOBS:
         return nsdf_cli_parse_u32(text, 1, 256, &o->jobs) == 0 ? 0 : bad_value(code, text, "a number from 1 to 256");
     case OPT_SHELL:
-        return set_double(code, text, &e->shell);
+        return set_shell(code, text, &e->shell);
+    case OPT_CHECK:
+        return set_check(code, text, &o->check);
     case OPT_RESOLUTION:
         return set_u32(code, text, &e->resolution);
     case OPT_SMALLEST_PIECE:
@@ -601,7 +624,9 @@ static int check_checkpoint(const enc_options *options) {
 }
 
 static int check_outputs(const enc_options *options) {
-    int done = check_name(options->output);
+    if (options->check && !options->output)
+        return -1;
+    int done = options->check ? -1 : check_name(options->output);
     if (done < 0 && options->report && strcmp(options->report, options->output) == 0)
         done = nsdf_cli_usage_error("-o and --report name the same file");
     for (uint32_t i = 0; done < 0 && i < options->also_count; i++)

@@ -13,6 +13,8 @@ typedef struct enc_also {
     const char *output; /* borrowed from the arguments */
 } enc_also;
 
+typedef enum enc_check_form { ENC_NO_CHECK, ENC_CHECK_TEXT, ENC_CHECK_JSON } enc_check_form;
+
 typedef struct enc_options {
     nsdf_encoder_options encoder;
     const char *const *inputs;
@@ -26,7 +28,8 @@ typedef struct enc_options {
     uint32_t jobs;           /* segments at a time */
     enc_also also[ENC_MOST_ALSO];
     uint32_t also_count;
-    int target; /* --size, --bitrate or --max-error: the option's code; 0 without any */
+    int target;           /* --size, --bitrate or --max-error: the option's code; 0 without any */
+    enc_check_form check; /* only look at the input */
     int quiet, verbose;
 } enc_options;
 

@@ -1,5 +1,7 @@
 #include "enc_report.h"
 
+#include "enc_dirt.h"
+
 #include <stdio.h>
 #include <string.h>
 
@@ -92,10 +94,10 @@ static void put_target(nsdf_cli_file *f, const nsdf_encoder_options *e, const ns
 
 static void put_result(nsdf_cli_file *f, const nsdf_encoder_stats *s, int interrupted) {
     nsdf_cli_file_print(f,
-                        "  \"input\": {\"frames\": %u, \"triangles\": %llu, \"open_frames\": %u, \"open_edges\": %llu, "
-                        "\"reversed_frames\": %u, \"diagonal\": %.17g},\n",
-                        s->frames, (unsigned long long)s->triangles, s->open_frames, (unsigned long long)s->open_edges,
-                        s->reversed_frames, s->diagonal);
+                        "  \"input\": {\"frames\": %u, \"triangles\": %llu, \"diagonal\": %.17g, \"mesh\": ", s->frames,
+                        (unsigned long long)s->triangles, s->diagonal);
+    enc_put_dirt(f, &s->input);
+    nsdf_cli_file_print(f, "},\n");
     nsdf_cli_file_print(f, "  \"fit\": {\"steps\": %llu, \"samples\": %llu, \"error\": %.9g, \"interrupted\": %s},\n",
                         (unsigned long long)s->steps, (unsigned long long)s->samples, s->fit_error,
                         interrupted ? "true" : "false");

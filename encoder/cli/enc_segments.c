@@ -25,9 +25,7 @@ static nsdf_status join(const enc_plan *plan, uint32_t segment, const enc_part *
 
 /* Sums, and what is largest; the quality comes from the joined file. */
 static void add_stats(nsdf_encoder_stats *sum, const nsdf_encoder_stats *s) {
-    sum->open_edges += s->open_edges;
-    sum->open_frames += s->open_frames;
-    sum->reversed_frames += s->reversed_frames;
+    nsdf_join_reports(&sum->input, &s->input);
     sum->diagonal = s->diagonal;
     sum->blocks += s->blocks;
     sum->bones += s->bones;

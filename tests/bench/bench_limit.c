@@ -77,9 +77,10 @@ static nsdf_status save(const nsdf_mesh_storage *storage, const char *pattern, u
 }
 
 static nsdf_status extract(extraction *e, nsdf_frame *frame, const char *pattern, uint32_t number) {
-    if (nsdf_frame_orient(frame, 0) != 0 || nsdf_frame_find_outer(frame) != 0)
+    static const nsdf_repair_rule rule = {NSDF_SHEETS_NONE, 0.0};
+    if (nsdf_frame_repair(frame, &rule) != 0 || nsdf_frame_find_outer(frame) != 0)
         return NSDF_NO_MEMORY;
-    nsdf_sdf *sdf = nsdf_frame_sdf(frame, 0.0f);
+    nsdf_sdf *sdf = nsdf_frame_sdf(frame);
     if (!sdf)
         return NSDF_NO_MEMORY;
     e->job.field.user = sdf;

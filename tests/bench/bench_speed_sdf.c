@@ -9,15 +9,14 @@
 #include "sampler.h"
 #include "workers.h"
 
-enum { RULES = 3, PLACES = 3, CASES = RULES * (1 + PLACES * BENCH_TEAMS), TASK_QUERIES = 500 };
+enum { RULES = 2, PLACES = 3, CASES = RULES * (1 + PLACES * BENCH_TEAMS), TASK_QUERIES = 500 };
 
 static const char section[] = "sdf";
 
 static const struct {
     const char *name;
     nsdf_sign_rule rule;
-} rules[RULES] = {
-    {"pseudo-normal", NSDF_SIGN_PSEUDO_NORMAL}, {"winding", NSDF_SIGN_WINDING}, {"shell", NSDF_SIGN_SHELL}};
+} rules[RULES] = {{"pseudo-normal", NSDF_SIGN_PSEUDO_NORMAL}, {"winding", NSDF_SIGN_WINDING}};
 
 /* Width of the noise around the surface; 0: anywhere in the box. */
 static const struct {
@@ -139,7 +138,7 @@ static void run_queries(void *data) {
 
 static void run_build(void *data) {
     const job *j = data;
-    nsdf_sdf_free(bench_checked(nsdf_sdf_create(j->surface, j->rule, 0.01f)));
+    nsdf_sdf_free(bench_checked(nsdf_sdf_create(j->surface, j->rule)));
 }
 
 /* ---- The section ------------------------------------------------------------------------------------------- */
@@ -158,7 +157,7 @@ static void create_bench(bench *b) {
     for (int t = 0; t < BENCH_TEAMS; t++)
         b->team[t] = bench_checked(nsdf_workers_create(b->options->threads[t]));
     for (int r = 0; r < RULES; r++)
-        b->sdf[r] = bench_checked(nsdf_sdf_create(&b->surface, rules[r].rule, 0.01f));
+        b->sdf[r] = bench_checked(nsdf_sdf_create(&b->surface, rules[r].rule));
     for (int p = 0; p < PLACES; p++)
         b->xyz[p] = make_points(&b->surface, places[p].width, b->options->queries);
     b->distance = bench_floats(b->options->queries);

@@ -55,7 +55,7 @@ best=$(sed -nE 's/.*"fastest instruction set": "([^"]*)".*/\1/p' "$work/speed.js
 [ -n "$best" ] || fail "speed.json does not name the instruction set"
 grep -q '"two threads": "[0-9.]* x one' "$work/speed.json" || fail "speed.json does not tell what two threads gain"
 
-for rule in pseudo-normal winding shell; do
+for rule in pseudo-normal winding; do
     expect sdf "$rule: build" ms 1
     for place in 'within 0.002' 'within 0.02' 'in the box'; do
         expect sdf "$rule: $place" samples/s 1 2

@@ -99,7 +99,7 @@ static inline double field_at(const nsdf_block_frame *frame, const nsdf_block_mo
 /* ---- Fitting --------------------------------------------------------------------------------------------- */
 
 static inline void start(fixture *x) {
-    assert_int_equal(nsdf_block_start(&x->model, x->normals, &x->frames, x->u, 0.0f, &x->frame, x->workers), 0);
+    assert_int_equal(nsdf_block_start(&x->model, x->normals, &x->frames, x->u, &x->frame, x->workers), 0);
 }
 
 typedef struct {
@@ -125,7 +125,7 @@ static inline void make_fit(fit_fixture *f, fixture *x, uint64_t steps) {
     }
     for (uint32_t i = 0; i < SAMPLE_FRAMES; i++) {
         nsdf_random random = nsdf_random_start(i, 9);
-        nsdf_sdf *sdf = nsdf_frame_sdf(&x->frames.frames[i], 0.0f);
+        nsdf_sdf *sdf = nsdf_frame_sdf(&x->frames.frames[i]);
         assert_int_equal(nsdf_sample_frame(sdf, &x->frames.frames[i].surface, &params, &random, &f->sets[i]), 0);
         nsdf_sdf_free(sdf);
     }

@@ -6,6 +6,7 @@
 #include <cmocka.h>
 
 #include "dataset.h"
+#include "frames_repair.h"
 #include "fit_samples.h"
 
 static const double margin = 0.02;
@@ -45,8 +46,12 @@ static nsdf_status sample(fixture *f, uint32_t threads, nsdf_progress_fn progres
     nsdf_workers *workers = nsdf_workers_create(threads);
     assert_non_null(workers);
     assert_int_equal(nsdf_frames_normalise(&f->frames, margin, &f->header, &f->error), NSDF_OK);
+    const nsdf_repair_job repair = {&f->frames, &f->options, &f->header, workers, NULL, NULL, 0.0};
     const nsdf_dataset_job job = {&f->frames, &f->options, &f->header, workers, progress, NULL, 0.0};
-    nsdf_status status = nsdf_dataset_create(&f->dataset, &job, &f->error);
+    nsdf_mesh_report report;
+    nsdf_status status = nsdf_frames_repair(&repair, &report, &f->error);
+    if (status == NSDF_OK)
+        status = nsdf_dataset_create(&f->dataset, &job, &f->error);
     nsdf_workers_free(workers);
     return status;
 }
@@ -109,33 +114,6 @@ static void test_meshes_far_from_the_origin_keep_their_shape(void **state) {
         assert_true(fabsf(a->positions[i] - b->positions[i]) < 1e-6f);
     free_fixture(near);
     free_fixture(far);
-}
-
-static void test_inward_meshes_are_turned_round(void **state) {
-    (void)state;
-    for (int flip = 0; flip < 2; flip++) {
-        nsdf_frame frame = {.surface = shape_empty(), .sign = NSDF_SIGN_WINDING, .open_edges = 99};
-        shape_add_sphere(&frame.surface, 0.3, 10, 20, flip, 0);
-        assert_int_equal(nsdf_frame_orient(&frame, 0), 0);
-        assert_int_equal(frame.reversed, flip);
-        assert_int_equal(frame.open_edges, 0);
-        assert_int_equal(frame.sign, NSDF_SIGN_PSEUDO_NORMAL);
-        assert_true(fabs(nsdf_surface_volume(&frame.surface) - 4.18879 * 0.027) < 0.005);
-        nsdf_surface_free(&frame.surface);
-    }
-}
-
-static void test_open_meshes_get_signs_by_winding_and_sheets_by_thickness(void **state) {
-    (void)state;
-    for (int shell = 0; shell < 2; shell++) {
-        nsdf_frame frame = {.surface = shape_empty()};
-        shape_add_sphere(&frame.surface, 0.3, 10, 20, 1, 2); /* inward, open at the top */
-        assert_int_equal(nsdf_frame_orient(&frame, shell), 0);
-        assert_int_equal(frame.sign, shell ? NSDF_SIGN_SHELL : NSDF_SIGN_WINDING);
-        assert_int_equal(frame.open_edges, 20);
-        assert_int_equal(frame.reversed, !shell);
-        nsdf_surface_free(&frame.surface);
-    }
 }
 
 /* ---- Samples -------------------------------------------------------------------------------------------- */
@@ -203,25 +181,36 @@ static void test_samples_do_not_depend_on_the_threads(void **state) {
     free_fixture(f[1]);
 }
 
-static void test_sheets_need_a_thickness(void **state) {
+static void test_frames_need_an_inside(void **state) {
     fixture *f = new_fixture();
     (void)state;
+    f->options.shell = NSDF_NO_SHELL;
     add(f, 3, flat_sheet(), 1.0, 0.0, 0.0, 0.0);
     assert_int_equal(sample(f, 1, NULL), NSDF_INVALID_ARGUMENT);
     assert_string_equal(f->error.message, "frame 3 has no inside: it is a sheet with 4 open edges; give it a thickness "
                                           "(shell)");
     free_fixture(f);
-    f = new_fixture();
-    add(f, 3, flat_sheet(), 1.0, 0.0, 0.0, 0.0);
-    f->options.shell = 0.1;
-    assert_int_equal(sample(f, 1, NULL), NSDF_OK);
-    const nsdf_sample_set *set = &f->dataset.sets[0];
-    for (size_t i = 0; i < set->count; i++) {
-        const float p[3] = {set->x[i], set->y[i], set->z[i]};
-        const double unsigned_distance = exact_distance(&f->frames.frames[0].surface, p);
-        assert_true(fabs((double)set->d[i] - (unsigned_distance - 0.05 / sqrt(2.0))) < 1e-6);
+}
+
+static void test_sheets_get_a_thickness(void **state) {
+    (void)state;
+    for (int asked = 0; asked < 2; asked++) {
+        fixture *f = new_fixture();
+        const double half = asked ? 0.05 / sqrt(2.0) : 0.5 / 300.0;
+        double deepest = 0.0;
+        f->options.shell = asked ? 0.1 : 0.0;
+        add(f, 3, flat_sheet(), 1.0, 0.0, 0.0, 0.0);
+        assert_int_equal(sample(f, 1, NULL), NSDF_OK);
+        const nsdf_sample_set *set = &f->dataset.sets[0];
+        for (size_t i = 0; i < set->count; i++) {
+            const double x = (double)set->x[i] * sqrt(2.0) + 0.5, y = (double)set->y[i] * sqrt(2.0) + 0.5;
+            deepest = fmin(deepest, (double)set->d[i]);
+            if (x > 0.1 && x < 0.9 && y > 0.1 && y < 0.9 && (double)set->d[i] < 0.05)
+                assert_true(fabs((double)set->d[i] - (fabs((double)set->z[i]) - half)) < 1e-5);
+        }
+        assert_true(deepest < -0.9 * half && deepest > -1.001 * half);
+        free_fixture(f);
     }
-    free_fixture(f);
 }
 
 static void test_frames_without_area_are_the_callers_mistake(void **state) {
@@ -311,12 +300,11 @@ int main(void) {
         cmocka_unit_test(test_one_box_over_all_frames_is_centred_and_divided_by_its_diagonal),
         cmocka_unit_test(test_vertices_without_triangles_do_not_count),
         cmocka_unit_test(test_meshes_far_from_the_origin_keep_their_shape),
-        cmocka_unit_test(test_inward_meshes_are_turned_round),
-        cmocka_unit_test(test_open_meshes_get_signs_by_winding_and_sheets_by_thickness),
         cmocka_unit_test(test_time_of_frames_follows_their_numbers),
         cmocka_unit_test(test_samples_are_signed_distances_inside_the_domain),
         cmocka_unit_test(test_samples_do_not_depend_on_the_threads),
-        cmocka_unit_test(test_sheets_need_a_thickness),
+        cmocka_unit_test(test_frames_need_an_inside),
+        cmocka_unit_test(test_sheets_get_a_thickness),
         cmocka_unit_test(test_frames_without_area_are_the_callers_mistake),
         cmocka_unit_test(test_abort_cancels_sampling),
         cmocka_unit_test(test_unit_range_maps_all_distances_to_plus_minus_one),

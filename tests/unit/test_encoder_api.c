@@ -29,7 +29,7 @@ static void test_presets_are_valid(void **state) {
         nsdf_encoder *encoder = NULL;
         nsdf_encoder_options_init(&o, (nsdf_preset)preset);
         assert_int_equal(o.struct_size, sizeof o);
-        assert_true(o.rate_num == 25 && o.rate_den == 1 && o.seed == 1 && o.resolution == 192 && o.verify);
+        assert_true(o.rate_num == 25 && o.rate_den == 1 && o.seed == 1 && o.resolution == 0 && o.verify);
         assert_int_equal(nsdf_encoder_create(&encoder, &o, NULL), NSDF_OK);
         nsdf_encoder_close(&encoder);
         assert_null(encoder);

@@ -125,15 +125,6 @@ static void test_the_network_stands_in_without_blocks(void **state) {
     free(e.data);
 }
 
-static void test_shells_take_the_network(void **state) {
-    nsdf_encoder_options o = block_options();
-    (void)state;
-    o.shell = 0.1;
-    encoded e = encode_well(&o, moving_sphere, skip_repair, NULL);
-    assert_true(e.stats.blocks == 0 && e.stats.parameters > 8 * 8 && e.stats.steps == o.steps);
-    free(e.data);
-}
-
 /* Frames whose triangles have nothing to do with each other. */
 static void test_blocks_need_no_correspondences(void **state) {
     const nsdf_encoder_options o = block_options();
@@ -173,7 +164,6 @@ int main(void) {
         cmocka_unit_test(test_one_frame_gets_blocks_that_rest),
         cmocka_unit_test(test_files_depend_on_the_seed_and_not_on_threads),
         cmocka_unit_test(test_the_network_stands_in_without_blocks),
-        cmocka_unit_test(test_shells_take_the_network),
         cmocka_unit_test(test_blocks_need_no_correspondences),
         cmocka_unit_test(test_fitting_of_blocks_can_be_stopped),
     };

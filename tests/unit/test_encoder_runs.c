@@ -166,7 +166,7 @@ static void test_stats_are_those_of_the_file(void **state) {
     assert_true(e.stats.diagonal == info.diagonal);
     assert_true(e.stats.parameters == segment.parameter_count);
     assert_int_equal(e.stats.triangles, 36);
-    assert_int_equal(e.stats.open_frames + e.stats.open_edges + e.stats.reversed_frames, 0);
+    assert_int_equal(e.stats.input.dirty, 0);
     assert_memory_equal(&e.stats.quality, &info.quality, sizeof info.quality);
     assert_int_equal(info.quality.resolution, 32);
     assert_true(info.quality.mean_to_decoded > 0.0);

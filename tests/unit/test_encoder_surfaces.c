@@ -110,7 +110,7 @@ static void test_inward_meshes_are_turned_round(void **state) {
     o.steps = 150;
     o.verify = 0;
     encoded e = encode_well(&o, inward_sphere, skip_repair, NULL);
-    assert_int_equal(e.stats.reversed_frames, 1);
+    assert_int_equal(e.stats.input.reversed, 1);
     nsdf_decoder *decoder = open_file(&e);
     assert_true(value_at(decoder, 0.0, 0.0f, 0.0f, 0.0f) < 0.0f);
     assert_true(value_at(decoder, 0.0, 0.0f, 0.0f, 0.8f) < 0.0f);
@@ -132,9 +132,10 @@ static int square_sheet(uint32_t i, nsdf_surface *surface, uint32_t *number) {
     return 1;
 }
 
-static void test_open_sheets_need_a_thickness(void **state) {
+static void test_open_sheets_get_a_thickness(void **state) {
     nsdf_encoder_options o = sphere_options();
     (void)state;
+    o.shell = NSDF_NO_SHELL;
     encoded e = encode(&o, square_sheet, skip_repair, NULL);
     assert_int_equal(e.status, NSDF_INVALID_ARGUMENT);
     assert_string_equal(e.error.message, "frame 11 has no inside: it is a sheet with 4 open edges; give it a thickness "
@@ -149,8 +150,9 @@ static void test_open_sheets_need_a_thickness(void **state) {
         assert_true(value_at(decoder, 0.0, x, y, 0.08f) > 0.0f);
         assert_true(value_at(decoder, 0.0, x, y, -0.08f) > 0.0f);
     }
-    assert_int_equal(e.stats.open_frames, 1);
-    assert_int_equal(e.stats.open_edges, 4);
+    assert_int_equal(e.stats.input.sheets, 1);
+    assert_int_equal(e.stats.input.open_edges, 4);
+    assert_true(e.stats.input.sheet_thickness == 0.08 && e.stats.blocks == 0);
     assert_int_equal(e.stats.stray_pieces, 0);
     nsdf_close(&decoder);
     free(e.data);
@@ -161,7 +163,7 @@ int main(void) {
         cmocka_unit_test(test_a_growing_sphere_is_fitted),
         cmocka_unit_test(test_the_bound_is_small_and_skips_nothing),
         cmocka_unit_test(test_inward_meshes_are_turned_round),
-        cmocka_unit_test(test_open_sheets_need_a_thickness),
+        cmocka_unit_test(test_open_sheets_get_a_thickness),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -20,7 +20,7 @@ static scene make_scene(nsdf_surface surface) {
 }
 
 static void open_scene(scene *s) {
-    s->sdf = nsdf_sdf_create(&s->surface, NSDF_SIGN_PSEUDO_NORMAL, 0.0f);
+    s->sdf = nsdf_sdf_create(&s->surface, NSDF_SIGN_PSEUDO_NORMAL);
     assert_non_null(s->sdf);
 }
 

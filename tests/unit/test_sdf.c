@@ -14,7 +14,7 @@
 #define TOLERANCE 1e-6
 
 static nsdf_sdf *create(const nsdf_surface *s, nsdf_sign_rule rule) {
-    nsdf_sdf *sdf = nsdf_sdf_create(s, rule, 0.0f);
+    nsdf_sdf *sdf = nsdf_sdf_create(s, rule);
     assert_non_null(sdf);
     return sdf;
 }
@@ -291,23 +291,6 @@ static void distance_is_lipschitz(void **state) {
     }
 }
 
-static void shell_is_unsigned_distance_minus_half_its_thickness(void **state) {
-    (void)state;
-    nsdf_surface s = shape_empty();
-    (void)shape_vertex(&s, 0, 0, 0);
-    (void)shape_vertex(&s, 0.5, 0, 0);
-    (void)shape_vertex(&s, 0, 0.5, 0);
-    shape_triangle(&s, 0, 1, 2);
-    nsdf_sdf *sdf = nsdf_sdf_create(&s, NSDF_SIGN_SHELL, 0.02f);
-    assert_non_null(sdf);
-    assert_near((double)nsdf_sdf_distance(sdf, (const float[3]){0.1f, 0.1f, 0.0f}), -0.01);
-    assert_near((double)nsdf_sdf_distance(sdf, (const float[3]){0.1f, 0.1f, 0.05f}), 0.04);
-    assert_near((double)nsdf_sdf_distance(sdf, (const float[3]){0.1f, 0.1f, -0.05f}), 0.04);
-    assert_near((double)nsdf_sdf_distance(sdf, (const float[3]){-0.3f, -0.4f, 0.0f}), 0.49);
-    nsdf_sdf_free(sdf);
-    nsdf_surface_free(&s);
-}
-
 static void winding_number_is_close_to_the_exact_one(void **state) {
     (void)state;
     nsdf_surface s = shape_torus(0.3, 0.1, 60, 30);
@@ -397,7 +380,7 @@ static void surface_of_one_point_has_a_distance(void **state) {
     (void)state;
     nsdf_surface s = shape_empty();
     (void)shape_vertex(&s, 0.1, 0.2, 0.3);
-    assert_null(nsdf_sdf_create(&s, NSDF_SIGN_PSEUDO_NORMAL, 0.0f));
+    assert_null(nsdf_sdf_create(&s, NSDF_SIGN_PSEUDO_NORMAL));
     for (int i = 0; i < 100; i++) {
         shape_triangle(&s, 0, 0, 0);
     }
@@ -421,7 +404,6 @@ int main(void) {
         cmocka_unit_test(needles_match_brute_force),
         cmocka_unit_test(distance_is_zero_on_the_surface),
         cmocka_unit_test(distance_is_lipschitz),
-        cmocka_unit_test(shell_is_unsigned_distance_minus_half_its_thickness),
         cmocka_unit_test(winding_number_is_close_to_the_exact_one),
         cmocka_unit_test(sign_by_winding_is_right_away_from_a_hole),
         cmocka_unit_test(unsigned_search_respects_its_limit_and_gives_the_nearest_point),

@@ -74,15 +74,6 @@ static network octahedron_network(float radius, float growth) {
     return n;
 }
 
-/* f = |z| - half */
-static network slab_network(float half) {
-    network n = new_network(2);
-    add_unit(&n, 2, 1.0f, 1.0f);
-    add_unit(&n, 2, -1.0f, 1.0f);
-    set_constant(&n, -half);
-    return n;
-}
-
 /* |x| + |y| + |z| = 1/4 */
 static nsdf_surface octahedron(void) {
     const double radius = 0.25;
@@ -106,22 +97,13 @@ static nsdf_surface box_below(void) {
     return s;
 }
 
-static nsdf_surface sheet(void) {
-    nsdf_surface s = shape_empty();
-    for (int i = 0; i < 4; i++)
-        (void)shape_vertex(&s, i & 1 ? 0.4 : -0.4, i & 2 ? 0.4 : -0.4, 0.0);
-    shape_triangle(&s, 0, 1, 3);
-    shape_triangle(&s, 0, 3, 2);
-    return s;
-}
-
 /* One search over frames of one surface; the domain is +-half along x and y, +-0.3 along z. */
 typedef struct search {
     nsdf_frame frames[MAX_FRAMES];
     nsdf_sample_set hard[MAX_FRAMES];
     uint32_t count, workers, resolution;
     uint64_t seed;
-    float half, shell;
+    float half;
 } search;
 
 static search new_search(nsdf_surface (*make)(void), nsdf_sign_rule sign, uint32_t count) {
@@ -161,7 +143,6 @@ static uint64_t find(search *s, const network *n) {
                                 .u = u,
                                 .domain_min = {-s->half, -s->half, -0.3f},
                                 .domain_max = {s->half, s->half, 0.3f},
-                                .shell = s->shell,
                                 .resolution = s->resolution,
                                 .seed = s->seed,
                                 .workers = workers,
@@ -254,21 +235,6 @@ static void test_hard_points_are_kept_up_to_a_limit(void **state) {
     free_search(&s);
 }
 
-/* The surface of a sheet with a thickness is half of it away from the triangles. */
-static void test_a_shell_is_measured_from_its_own_surface(void **state) {
-    (void)state;
-    for (int wrong = 0; wrong < 2; wrong++) {
-        const network n = slab_network(wrong ? 0.08f : 0.05f);
-        search s = new_search(sheet, NSDF_SIGN_SHELL, 1);
-        s.shell = 0.1f;
-        const uint64_t found = find(&s, &n);
-        assert_true(wrong ? found >= 2 * RESOLUTION * RESOLUTION : found == 0);
-        for (size_t i = 0; i < s.hard[0].count; i += 3)
-            assert_true(fabsf(s.hard[0].d[i] - 0.03f) < 1e-5f);
-        free_search(&s);
-    }
-}
-
 static void test_results_do_not_depend_on_the_threads_but_on_the_seed(void **state) {
     const network n = octahedron_network(0.3f, 0.08f);
     search s[3];
@@ -299,7 +265,6 @@ int main(void) {
         cmocka_unit_test(test_crossings_within_the_tolerance_are_no_strays),
         cmocka_unit_test(test_strays_belong_to_their_frame),
         cmocka_unit_test(test_hard_points_are_kept_up_to_a_limit),
-        cmocka_unit_test(test_a_shell_is_measured_from_its_own_surface),
         cmocka_unit_test(test_results_do_not_depend_on_the_threads_but_on_the_seed),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -129,8 +129,8 @@ static void triangles_that_share_one_vertex_are_connected(void **state) {
 static void distances_between_cubes_are_the_analytic_ones(void **state) {
     (void)state;
     nsdf_surface inner = shape_cube(0.2), outer = shape_cube(0.25);
-    nsdf_sdf *to_outer = nsdf_sdf_create(&outer, NSDF_SIGN_PSEUDO_NORMAL, 0.0f);
-    nsdf_sdf *to_inner = nsdf_sdf_create(&inner, NSDF_SIGN_PSEUDO_NORMAL, 0.0f);
+    nsdf_sdf *to_outer = nsdf_sdf_create(&outer, NSDF_SIGN_PSEUDO_NORMAL);
+    nsdf_sdf *to_inner = nsdf_sdf_create(&inner, NSDF_SIGN_PSEUDO_NORMAL);
     nsdf_distance_stats in_to_out = {0}, out_to_in = {0};
     nsdf_random random = nsdf_random_start(1, 1);
     (void)shape_vertex(&inner, 5, 5, 5); /* no triangle uses it */

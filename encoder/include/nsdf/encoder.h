@@ -17,6 +17,7 @@
 #define NSDF_ENCODER_H
 
 #include "nsdf/decoder.h"
+#include "nsdf/mesh_report.h"
 
 #ifdef __cplusplus
 extern "C" {
@@ -57,6 +58,8 @@ typedef enum nsdf_entropy_coder {
     NSDF_CODER_RANGE = 3
 } nsdf_entropy_coder;
 
+#define NSDF_NO_SHELL (-1.0)
+
 typedef struct nsdf_encoder_options {
     size_t struct_size;          /* set by nsdf_encoder_options_init */
     uint32_t rate_num, rate_den; /* frames per second; default 25 / 1 */
@@ -74,7 +77,8 @@ typedef struct nsdf_encoder_options {
     double fourier_sigma;
     int fourier_trained; /* fit B and store it */
     int output_tanh;
-    /* moving blocks, instead of the network above; shells take the network */
+    /* moving blocks, instead of the network above; sequences of which more than 5 % of the surface are sheets take the
+     * network */
     uint32_t blocks;                    /* 0 = the network; at most 65536 */
     uint32_t bones;                     /* that move the blocks, 1 to 1024 */
     uint32_t block_degree;              /* of their polynomials, 0 to 3 */
@@ -94,7 +98,8 @@ typedef struct nsdf_encoder_options {
     double d_half;              /* d_0.5 of rejection sampling, fraction of the diagonal (thesis 5.2) */
     nsdf_time_norm time_norm;
     nsdf_sdf_norm sdf_norm;
-    double shell;     /* > 0: the surface is a sheet of this thickness, world units */
+    double shell;     /* thickness, world units, of every piece of the surface that has an open edge; default 0: sheets
+                         among them get 1/300 of the diagonal, others are closed; NSDF_NO_SHELL: all are closed */
     int hard_samples; /* while a network is fitted, further points where the error is large and where surface appears
                          astray, and more steps while it does; default on, off for the thesis's preset */
     /* fitting */
@@ -113,7 +118,7 @@ typedef struct nsdf_encoder_options {
                            quantiser, applied afterwards (4.13, 4.14) */
     nsdf_entropy_coder entropy;
     /* output */
-    uint32_t resolution;   /* stored default resolution; default 192 */
+    uint32_t resolution;   /* stored default resolution; default 0: 192, or more as sheets need */
     double smallest_piece; /* stored: decoders leave out pieces of the surface whose box has a shorter diagonal;
                               fraction of the diagonal, up to 1; 0 = none; default -1: half the smallest piece of the
                               input, at most 1/8, or more where verification finds larger pieces astray */
@@ -151,6 +156,12 @@ typedef struct nsdf_input_mesh {
 NSDF_API NSDF_MUST_USE nsdf_status nsdf_encoder_create(nsdf_encoder **encoder, const nsdf_encoder_options *options,
                                                        nsdf_encoder_error *error);
 NSDF_API void nsdf_encoder_close(nsdf_encoder **encoder);
+
+/* What is wrong with a mesh, and what nsdf_encoder_run would do about it with these options, if it were a sequence of
+ * its own (the diagonal is its own).  Fails as nsdf_encoder_add_frame does, and where the mesh has no inside. */
+NSDF_API NSDF_MUST_USE nsdf_status nsdf_encoder_check_mesh(const nsdf_encoder_options *options,
+                                                           const nsdf_input_mesh *mesh, nsdf_mesh_report *report,
+                                                           nsdf_encoder_error *error);
 
 /* Adds the mesh of a nominal frame.  Frame numbers ascend; the first added becomes time 0.  Frames may be left out:
  * the surface is interpolated there. */
@@ -274,14 +285,12 @@ typedef struct nsdf_rate_round {
 enum { NSDF_MOST_RATE_ROUNDS = 40 };
 
 typedef struct nsdf_encoder_stats {
-    uint32_t frames;          /* added */
-    uint32_t nominal_frames;  /* in the file, those left out included */
-    uint64_t triangles;       /* in all frames */
-    uint64_t open_edges;      /* boundary and non-manifold edges in all frames */
-    uint32_t open_frames;     /* frames that are not closed: signs by winding number */
-    uint32_t reversed_frames; /* frames whose triangles faced inward and were turned round */
-    double diagonal;          /* world units */
-    uint32_t blocks, bones;   /* 0 when the model is the network */
+    uint32_t frames;         /* added */
+    uint32_t nominal_frames; /* in the file, those left out included */
+    uint64_t triangles;      /* in all frames */
+    nsdf_mesh_report input;  /* of all frames together */
+    double diagonal;         /* world units */
+    uint32_t blocks, bones;  /* 0 when the model is the network */
     nsdf_block_bytes block_bytes;
     uint64_t parameters;
     uint64_t file_size;      /* bytes */
