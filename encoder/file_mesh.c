@@ -1,5 +1,6 @@
 #include "file_mesh.h"
 
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -10,6 +11,7 @@ void nsdf_file_mesh_clear(nsdf_file_mesh *mesh) {
     mesh->vertex_count = 0;
     mesh->triangle_count = 0;
     mesh->polygon_count = 0;
+    mesh->bad_count = 0;
 }
 
 void nsdf_file_mesh_free(nsdf_file_mesh *mesh) {
@@ -17,6 +19,7 @@ void nsdf_file_mesh_free(nsdf_file_mesh *mesh) {
         free(mesh->positions);
         free(mesh->indices);
         free(mesh->polygons);
+        free(mesh->bad);
         *mesh = (nsdf_file_mesh){0};
     }
 }
@@ -93,6 +96,32 @@ nsdf_status nsdf_file_mesh_end_polygon(nsdf_file_mesh *mesh, const nsdf_corners 
     mesh->polygons = notes;
     notes[mesh->polygon_count++] = (nsdf_polygon_note){mesh->triangle_count - (corners->count - 2), corners->count};
     return NSDF_OK;
+}
+
+nsdf_status nsdf_file_mesh_note_bad(nsdf_file_mesh *mesh, uint64_t line, const char *at, nsdf_encoder_error *error) {
+    nsdf_bad_vertex *bad = nsdf_grow(mesh->bad, &mesh->bad_capacity, mesh->bad_count + 1, sizeof *bad);
+    if (bad == NULL) {
+        return nsdf_input_no_memory(error);
+    }
+    mesh->bad = bad;
+    bad[mesh->bad_count++] = (nsdf_bad_vertex){mesh->vertex_count, line, at};
+    return NSDF_OK;
+}
+
+const nsdf_bad_vertex *nsdf_file_mesh_find_bad(const nsdf_file_mesh *mesh) {
+    uint32_t least = UINT32_MAX;
+    for (size_t i = 0; mesh->bad_count > 0 && i < 3 * (size_t)mesh->triangle_count; i++) {
+        const double *p = &mesh->positions[3 * (size_t)mesh->indices[i]];
+        if (mesh->indices[i] < least && !(isfinite(p[0]) && isfinite(p[1]) && isfinite(p[2]))) {
+            least = mesh->indices[i];
+        }
+    }
+    for (size_t i = 0; i < mesh->bad_count; i++) {
+        if (mesh->bad[i].vertex == least) {
+            return &mesh->bad[i];
+        }
+    }
+    return NULL;
 }
 
 nsdf_status nsdf_file_mesh_finish(nsdf_file_mesh *mesh, const char *name, nsdf_encoder_error *error) {

@@ -11,13 +11,21 @@ typedef struct nsdf_polygon_note {
     uint32_t triangle, corners; /* its first triangle */
 } nsdf_polygon_note;
 
+/* A vertex that is not finite, until it is known whether a face uses it. */
+typedef struct nsdf_bad_vertex {
+    uint32_t vertex;
+    uint64_t line;
+    const char *at; /* in the text of the file */
+} nsdf_bad_vertex;
+
 /* Grows as needed and is reused from file to file; start with all zero. */
 typedef struct nsdf_file_mesh {
     double *positions; /* [vertex_count][3] */
     uint32_t *indices; /* [triangle_count][3] */
     uint32_t vertex_count, triangle_count;
     nsdf_polygon_note *polygons;
-    size_t vertex_capacity, triangle_capacity, polygon_count, polygon_capacity;
+    nsdf_bad_vertex *bad;
+    size_t vertex_capacity, triangle_capacity, polygon_count, polygon_capacity, bad_count, bad_capacity;
 } nsdf_file_mesh;
 
 /* Empties the mesh; its memory is used again. */
@@ -39,6 +47,11 @@ nsdf_status nsdf_file_mesh_add_corner(nsdf_file_mesh *mesh, nsdf_corners *corner
                                       nsdf_encoder_error *error);
 /* After the last corner, of which there must be three. */
 nsdf_status nsdf_file_mesh_end_polygon(nsdf_file_mesh *mesh, const nsdf_corners *corners, nsdf_encoder_error *error);
+
+/* The next vertex to be added is not finite. */
+nsdf_status nsdf_file_mesh_note_bad(nsdf_file_mesh *mesh, uint64_t line, const char *at, nsdf_encoder_error *error);
+/* The first one that a triangle uses, or NULL. */
+const nsdf_bad_vertex *nsdf_file_mesh_find_bad(const nsdf_file_mesh *mesh);
 
 /* Cuts the polygons, when all vertices are there and every corner names one.  NSDF_CORRUPT when the mesh has no
  * vertices or no triangles. */

@@ -7,10 +7,12 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include "gltf_read.h"
 #include "input_error.h"
 #include "obj_read.h"
 #include "ply_header.h"
 #include "ply_read.h"
+#include "stl_read.h"
 
 #define MAX_FILE_SIZE (INT64_C(1) << 32)
 
@@ -71,6 +73,10 @@ nsdf_status nsdf_input_read_mesh(const char *path, nsdf_file_mesh *mesh, nsdf_en
     nsdf_status status = nsdf_input_read(path, &text, &size, error);
     if (status == NSDF_OK && (nsdf_input_has_suffix(path, ".ply") || nsdf_ply_begins(text))) {
         status = nsdf_ply_parse(path, text, size, mesh, error);
+    } else if (status == NSDF_OK && (nsdf_input_has_suffix(path, ".stl"))) {
+        status = nsdf_stl_parse(path, text, size, mesh, error);
+    } else if (status == NSDF_OK && (nsdf_input_has_suffix(path, ".glb") || nsdf_input_has_suffix(path, ".gltf"))) {
+        status = nsdf_gltf_parse(path, text, size, mesh, error);
     } else if (status == NSDF_OK) {
         status = nsdf_obj_parse(path, text, size, mesh, error);
     }

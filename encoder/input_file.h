@@ -10,8 +10,8 @@
  * be read, NSDF_LIMIT too large, NSDF_NO_MEMORY. */
 nsdf_status nsdf_input_read(const char *path, char **text, size_t *size, nsdf_encoder_error *error);
 
-/* Reads a mesh: PLY when the name ends in .ply or the first line says so, else OBJ.  On failure the mesh has no
- * triangles. */
+/* Reads a mesh: STL, glTF or PLY when the name ends so, or PLY when the first line says so, else OBJ.  On failure the
+ * mesh has no triangles. */
 nsdf_status nsdf_input_read_mesh(const char *path, nsdf_file_mesh *mesh, nsdf_encoder_error *error);
 
 /* Whether the name ends in `suffix` (lower case), in any case, and is longer. */

@@ -124,6 +124,26 @@ static bool looks_infinite_or_nan(const char *at) {
     return false;
 }
 
+/* Wrong only if a face uses the vertex. */
+static nsdf_status take_infinite(reader *r, double *value) {
+    const nsdf_status status = nsdf_file_mesh_note_bad(r->mesh, r->line, r->at, r->error);
+    *value = NAN;
+    while (!is_token_end(r->at)) {
+        r->at++;
+    }
+    return status;
+}
+
+static nsdf_status check_finite(reader *r) {
+    const nsdf_bad_vertex *bad = nsdf_file_mesh_find_bad(r->mesh);
+    if (bad == NULL) {
+        return NSDF_OK;
+    }
+    r->line = bad->line;
+    r->at = bad->at;
+    return fail_token(r, "coordinate", " is not a finite number");
+}
+
 static nsdf_status read_coordinate(reader *r, double *value) {
     skip_blanks(r);
     if (is_line_end(*r->at) || *r->at == '#') {
@@ -131,7 +151,7 @@ static nsdf_status read_coordinate(reader *r, double *value) {
     }
     const char *end = nsdf_read_number(r->at, value);
     if (end == NULL || !is_token_end(end)) {
-        return looks_infinite_or_nan(r->at) ? fail_token(r, "coordinate", " is not a finite number")
+        return looks_infinite_or_nan(r->at) ? take_infinite(r, value)
                                             : fail_token(r, "malformed coordinate", ", expected a number");
     }
     if (!isfinite(*value)) {
@@ -269,6 +289,7 @@ nsdf_status nsdf_obj_parse(const char *name, const char *text, size_t size, nsdf
     }
     nsdf_status status = read_lines(&r, text + size);
     status = status == NSDF_OK && mesh->vertex_count > 0 ? check_aheads(&r) : status;
+    status = status == NSDF_OK ? check_finite(&r) : status;
     status = status == NSDF_OK ? nsdf_file_mesh_finish(mesh, name, error) : status;
     if (status != NSDF_OK) {
         mesh->triangle_count = 0;

@@ -38,7 +38,7 @@ static nsdf_status read_vertex(reader *r, const nsdf_ply_element *element) {
         double *value = &xyz[p->role - NSDF_PLY_X];
         status = nsdf_ply_read_real(&r->cursor, p->type, value);
         if (status == NSDF_OK && !isfinite(*value)) {
-            status = nsdf_ply_fail(&r->cursor, at, "a coordinate is not a finite number");
+            status = nsdf_file_mesh_note_bad(r->mesh, r->cursor.line, at, r->cursor.error);
         }
     }
     return status == NSDF_OK ? nsdf_file_mesh_add_vertex(r->mesh, xyz, r->cursor.name, r->cursor.error) : status;
@@ -106,6 +106,16 @@ static nsdf_status read_body(reader *r) {
     return status == NSDF_OK ? nsdf_ply_check_end(&r->cursor) : status;
 }
 
+/* Wrong only where a face uses the vertex. */
+static nsdf_status check_finite(reader *r) {
+    const nsdf_bad_vertex *bad = nsdf_file_mesh_find_bad(r->mesh);
+    if (bad == NULL) {
+        return NSDF_OK;
+    }
+    r->cursor.line = bad->line;
+    return nsdf_ply_fail(&r->cursor, bad->at, "a coordinate is not a finite number");
+}
+
 nsdf_status nsdf_ply_parse(const char *name, const char *text, size_t size, nsdf_file_mesh *mesh,
                            nsdf_encoder_error *error) {
     reader r = {.mesh = mesh};
@@ -121,6 +131,7 @@ nsdf_status nsdf_ply_parse(const char *name, const char *text, size_t size, nsdf
                                      .error = error};
         status = read_body(&r);
     }
+    status = status == NSDF_OK ? check_finite(&r) : status;
     status = status == NSDF_OK ? nsdf_file_mesh_finish(mesh, name, error) : status;
     if (status != NSDF_OK) {
         mesh->triangle_count = 0;

@@ -176,15 +176,17 @@ static bool has_suffix(const void *suffix, const char *name) {
     return nsdf_input_has_suffix(name, suffix);
 }
 
-/* A folder may hold the same frames as OBJ and as PLY: one kind is enough. */
+/* A folder may hold the same frames in several kinds of files: the first kind that is there is enough. */
 static nsdf_status expand_folder(nsdf_path_list *list, const char *folder, nsdf_encoder_error *error) {
+    static const char *const kinds[] = {".obj", ".ply", ".stl", ".glb", ".gltf"};
     size_t first = list->count;
-    nsdf_status status = list_folder(list, folder, strlen(folder), has_suffix, ".obj", error);
-    if (status == NSDF_OK && list->count == first) {
-        status = list_folder(list, folder, strlen(folder), has_suffix, ".ply", error);
+    nsdf_status status = NSDF_OK;
+    for (size_t i = 0; i < sizeof kinds / sizeof *kinds && status == NSDF_OK && list->count == first; i++) {
+        status = list_folder(list, folder, strlen(folder), has_suffix, kinds[i], error);
     }
     if (status == NSDF_OK && list->count == first) {
-        return nsdf_input_fail(error, NSDF_IO, "empty folder '%s': no .obj or .ply files", nsdf_show_path(folder).text);
+        return nsdf_input_fail(error, NSDF_IO, "empty folder '%s': no .obj, .ply, .stl, .glb or .gltf files",
+                               nsdf_show_path(folder).text);
     }
     sort_paths(list, first);
     return status;

@@ -132,9 +132,11 @@ static int make_frame(const request *r, const char *name, long frame, long count
     const double time = count > 1 ? (double)frame / (double)(count - 1) : 0.0;
     int status = name ? read_obj(r->base, name, &m) : dirty_shape(r->base, time, &m);
     if (status) {
-        fprintf(stderr, "nsdf-dirty: cannot make '%s%s%s'\n", r->base, name ? "/" : "", name ? name : "");
         dirty_mesh_free(&m);
-        return status > 0 ? usage_error("no folder or shape of that name", r->base) : EXIT_FAILURE;
+        if (status > 0)
+            return usage_error("no folder or shape of that name", r->base);
+        fprintf(stderr, "nsdf-dirty: cannot make '%s%s%s'\n", r->base, name ? "/" : "", name ? name : "");
+        return EXIT_FAILURE;
     }
     const uint64_t seed = (uint64_t)r->seed + (r->each ? (uint64_t)(frame + 1) << 20 : 0);
     for (int i = 0; i < r->fault_count && !status; i++)
@@ -147,6 +149,13 @@ static int make_frame(const request *r, const char *name, long frame, long count
     return status;
 }
 
+static int is_shape(const char *name) {
+    dirty_mesh m = {0};
+    const int status = dirty_shape(name, 0.0, &m);
+    dirty_mesh_free(&m);
+    return status != 1;
+}
+
 int main(int argc, char **argv) {
     request r = {.seed = 1};
     int status = parse_arguments(argc, argv, &r);
@@ -157,7 +166,7 @@ int main(int argc, char **argv) {
         return EXIT_FAILURE;
     }
     struct dirent **names = NULL;
-    const int found = scandir(r.base, &names, is_obj, alphasort);
+    const int found = is_shape(r.base) ? -1 : scandir(r.base, &names, is_obj, alphasort);
     const long all = found >= 0 ? found : 8, count = r.frames > 0 && (found < 0 || r.frames < all) ? r.frames : all;
     status = EXIT_SUCCESS;
     for (long i = 0; i < count && status == EXIT_SUCCESS; i++)

@@ -34,7 +34,7 @@ static void explain_sheets(line *l, const nsdf_mesh_report *r, uint64_t frames, 
     const unsigned long long n = each(r->sheets, frames);
     if (r->sheets > 0)
         add(l, "%llu open sheet%s given a thickness of %.3g%s", n, plural(n), r->sheet_thickness,
-            asked ? "" : " (1/300 of the diagonal; --shell T changes it)");
+            asked ? "" : " (1/300 of the diagonal; --shell T changes it), which errors are measured from");
 }
 
 const char *enc_explain_dirt(const nsdf_mesh_report *r, uint64_t frames, int asked, char *text, size_t size) {

@@ -86,8 +86,7 @@ static int add_frames(const nsdf_cli_list *list, nsdf_encoder *encoder, nsdf_seq
 static void warn_about_input(const enc_options *o, const nsdf_encoder_stats *s) {
     char text[600];
     if (*enc_explain_dirt(&s->input, s->frames, o->encoder.shell > 0.0, text, sizeof text))
-        nsdf_cli_warn("%llu of %u frames are not clean; of each: %s", (unsigned long long)s->input.dirty, s->frames,
-                      text);
+        nsdf_cli_warn("the input is not clean; what was done, in each frame: %s", text);
 }
 
 static void summarise(const enc_options *o, const nsdf_encoder_stats *s) {

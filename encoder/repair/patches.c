@@ -10,8 +10,8 @@ typedef struct {
     const nsdf_surface *surface;
     const uint32_t *weld;
     const nsdf_mates *mates;
-    uint32_t *stack; /* [triangle] */
-    uint32_t waiting;
+    uint32_t *queue; /* [triangle]: first found, first looked around, so that what cannot agree meets in short lines */
+    uint32_t found, done;
 } search;
 
 /* What lies across a half-edge joins the patch, facing the same way. */
@@ -27,7 +27,7 @@ static void cross_edge(search *s, uint32_t half, nsdf_patch *patch) {
     if (p->of[mate / 3] == NSDF_NO_PATCH) {
         p->of[mate / 3] = number;
         p->turned[mate / 3] = turned;
-        s->stack[s->waiting++] = mate / 3;
+        s->queue[s->found++] = mate / 3;
     } else if (p->turned[mate / 3] != turned) {
         patch->one_sided = 1;
     }
@@ -43,9 +43,9 @@ static void grow_patch(search *s, uint32_t first) {
     double turned_area = 0.0;
     memset(patch, 0, sizeof *patch);
     p->of[first] = p->count;
-    s->stack[s->waiting++] = first;
-    while (s->waiting > 0) {
-        const uint32_t i = s->stack[--s->waiting];
+    s->queue[s->found++] = first;
+    while (s->done < s->found) {
+        const uint32_t i = s->queue[s->done++];
         const nsdf_triangle t = nsdf_triangle_load(s->surface, i);
         const double area = 0.5 * nsdf_vec3_length(nsdf_triangle_cross(&t));
         patch->triangles++;
@@ -72,12 +72,12 @@ static void settle_majorities(nsdf_patches *p, uint32_t triangles) {
 int nsdf_patches_find(nsdf_patches *patches, const nsdf_surface *surface, const uint32_t *weld,
                       const nsdf_mates *mates) {
     const size_t n = surface->triangle_count;
-    search s = {patches, surface, weld, mates, malloc((n + 1) * sizeof *s.stack), 0};
+    search s = {patches, surface, weld, mates, malloc((n + 1) * sizeof *s.queue), 0, 0};
     memset(patches, 0, sizeof *patches);
     patches->of = malloc((n + 1) * sizeof *patches->of);
     patches->turned = calloc(n + 1, 1);
     patches->patches = malloc((n + 1) * sizeof *patches->patches);
-    const int failed = !s.stack || !patches->of || !patches->turned || !patches->patches;
+    const int failed = !s.queue || !patches->of || !patches->turned || !patches->patches;
     if (!failed) {
         memset(patches->of, 0xff, n * sizeof *patches->of);
         for (uint32_t i = 0; i < n; i++)
@@ -85,7 +85,7 @@ int nsdf_patches_find(nsdf_patches *patches, const nsdf_surface *surface, const 
                 grow_patch(&s, i);
         settle_majorities(patches, surface->triangle_count);
     }
-    free(s.stack);
+    free(s.queue);
     return failed ? -1 : 0;
 }
 

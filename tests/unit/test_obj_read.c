@@ -137,8 +137,9 @@ static void polygons_of_many_corners_are_fans(void **state) {
 
 static void coordinate_errors_name_the_line(void **state) {
     (void)state;
-    assert_failure("v 0 0 0\nv 1 nan 0\n", "a.obj:2: coordinate 'nan' is not a finite number");
-    assert_failure("v 0 0 -Inf\n", "a.obj:1: coordinate '-Inf' is not a finite number");
+    assert_failure("v 0 0 0\nv 1 nan 0\nf 1 2 1\n", "a.obj:2: coordinate 'nan' is not a finite number");
+    assert_failure("v 0 0 -Inf\nf 1 1 1\n", "a.obj:1: coordinate '-Inf' is not a finite number");
+    assert_failure("v inf nan 0\nv 0 0 0\nv 1 nan 0\nf 2 3 2\n", "a.obj:3: coordinate 'nan' is not a finite number");
     assert_failure("v 0 0 1e999\n", "a.obj:1: coordinate '1e999' is too large");
     assert_failure("\n\nv 0 0\n", "a.obj:3: a vertex needs three coordinates");
     assert_failure("v", "a.obj:1: a vertex needs three coordinates");

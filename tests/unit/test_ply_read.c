@@ -315,7 +315,7 @@ static void body_errors_name_the_line(void **state) {
     (void)state;
     assert_failure(HEADER "0 0 0\n1 x 0\n", "a.ply:11: malformed number 'x', expected a finite number");
     assert_failure(HEADER "0 0 0\n\nnan 0 0\n", "a.ply:12: malformed number 'nan', expected a finite number");
-    assert_failure(HEADER "0 0 1e999\n", "a.ply:10: a coordinate is not a finite number");
+    assert_failure(HEADER "0 0 1e999\n1 0 0\n0 1 0\n3 0 1 2\n", "a.ply:10: a coordinate is not a finite number");
     assert_failure(HEADER "0 0\n1 0 0\n", "a.ply:10: the line ends where a number was expected");
     assert_failure(HEADER "0 0 0 0\n", "a.ply:10: more on the line than the header says");
     assert_failure(HEADER THREE, "a.ply:13: the file ends where more vertices, faces or other elements were expected");
@@ -328,6 +328,26 @@ static void body_errors_name_the_line(void **state) {
     assert_failure(START "element vertex 0\nproperty float x\nproperty float y\nproperty float z\n" FACES
                          "end_header\n3 0 0 0\n",
                    "a.ply:10: face index 0 is out of range (the file has 0 vertices)");
+}
+
+/* A scanner may leave points that it could not see, which no face uses. */
+static void unused_vertices_may_be_anything(void **state) {
+    (void)state;
+    static const char header[] = "ply\nformat binary_little_endian 1.0\n" VERTICES FACES "end_header\n";
+    nsdf_file_mesh mesh = {0};
+    bytes b = {.size = 0};
+    put_text(&b, header);
+    put_bits(&b, UINT32_C(0x7fc00000), 4, false);
+    for (int i = 1; i < 9; i++) {
+        put_float(&b, (float)i, false);
+    }
+    put_bits(&b, 3, 1, false);
+    put_bits(&b, 1, 4, false);
+    put_bits(&b, 2, 4, false);
+    put_bits(&b, 1, 4, false);
+    assert_int_equal(parse_bytes(b.data, b.size, &mesh, NULL), NSDF_OK);
+    assert_int_equal(mesh.triangle_count, 1);
+    nsdf_file_mesh_free(&mesh);
 }
 
 static void binary_errors_name_the_byte(void **state) {
@@ -350,6 +370,13 @@ static void binary_errors_name_the_byte(void **state) {
     assert_failure_of(&b, message);
     b.size = sizeof header - 1 + 4;
     put_bits(&b, UINT32_C(0x7fc00000), 4, false); /* not a number, in the second coordinate */
+    for (int i = 2; i < 9; i++) {
+        put_float(&b, (float)i, false);
+    }
+    put_bits(&b, 3, 1, false);
+    for (uint64_t i = 0; i < 3; i++) {
+        put_bits(&b, i, 4, false);
+    }
     snprintf(message, sizeof message, "a.ply: byte %zu: a coordinate is not a finite number", sizeof header - 1 + 4);
     assert_failure_of(&b, message);
 }
@@ -458,6 +485,7 @@ int main(void) {
         cmocka_unit_test(property_errors_name_the_line),
         cmocka_unit_test(headers_beyond_the_limits_are_refused),
         cmocka_unit_test(body_errors_name_the_line),
+        cmocka_unit_test(unused_vertices_may_be_anything),
         cmocka_unit_test(binary_errors_name_the_byte),
         cmocka_unit_test(mutated_files_never_give_indices_out_of_range),
         cmocka_unit_test(huge_counts_are_harmless),

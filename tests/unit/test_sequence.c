@@ -136,7 +136,7 @@ static void inputs_keep_their_order(void **state) {
 
 static void nothing_found_is_an_error_that_names_what_was_looked_for(void **state) {
     (void)state;
-    assert_failure("empty", NSDF_IO, "empty folder 'empty': no .obj or .ply files");
+    assert_failure("empty", NSDF_IO, "empty folder 'empty': no .obj, .ply, .stl, .glb or .gltf files");
     assert_failure("w/walk_%04d.obj", NSDF_IO, "no file matches 'w/walk_%04d.obj'");
     assert_failure("nowhere/walk_%04d.obj", NSDF_IO, "no such folder 'nowhere/'");
     assert_failure("w/walk*.obj", NSDF_IO, "no file matches 'w/walk*.obj'");
