@@ -278,10 +278,18 @@ static int encode_frames(const enc_options *o, nsdf_encoder *encoder, nsdf_seque
     return segments ? encode_segments(o, *sequence, list, out) : encode_whole(o, encoder, sequence, list, out);
 }
 
+static void warn_about_gaps(const nsdf_sequence *sequence) {
+    char missing[200];
+    if (*enc_missing_numbers(sequence, missing, sizeof missing))
+        nsdf_cli_warn("files with the numbers %s are missing: those that are there follow each other in time", missing);
+}
+
 /* Everything from open inputs on; out is released by the caller. */
 static int encode_sequence(const enc_options *o, nsdf_encoder *encoder, nsdf_sequence **sequence, outputs *out) {
     nsdf_cli_list list;
     int code = enc_choose_frames(o, nsdf_sequence_frame_count(*sequence), &list);
+    if (code == NSDF_CLI_SUCCESS && !o->check && enc_mpi_rank() == 0)
+        warn_about_gaps(*sequence);
     if (code == NSDF_CLI_SUCCESS && o->check) {
         code = enc_mpi_rank() == 0 ? enc_check(o, *sequence, &list) : NSDF_CLI_SUCCESS;
         enc_mpi_announce(NULL);

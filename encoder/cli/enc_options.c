@@ -12,8 +12,9 @@ static const char help_text[] =
     "Usage: nsdf-enc [options] INPUT... -o OUT.nsdf\n"
     "\n"
     "Fits a small neural network to the signed distance function of a mesh sequence and writes it as an .nsdf file.\n"
-    "INPUT is a folder of OBJ or PLY frames, a pattern (walk_%04d.obj), a glob (\"walk_*.ply\"), a list file (.txt,\n"
-    ".lst) or single files.  Connectivity may change from frame to frame.\n"
+    "INPUT is a folder of OBJ, PLY, STL or glTF frames, a pattern (walk_%04d.obj), a glob (\"walk_*.ply\"), a list "
+    "file\n"
+    "(.txt, .lst) or single files.  Connectivity may change from frame to frame.\n"
     "\n"
     "  -o, --output FILE        file to write\n"
     "      --fps F              frames per second: 25, 29.97 or 60000/1001 (default 25)\n"
@@ -582,8 +583,12 @@ static int pass(enc_options *o, int argc, char **argv, int preset_only, given *g
 }
 
 static int ends_in_mesh(const char *name) {
+    static const char *const kinds[] = {".obj", ".ply", ".stl", ".glb", ".gltf"};
     const size_t length = strlen(name);
-    return length >= 4 && (strcasecmp(name + length - 4, ".obj") == 0 || strcasecmp(name + length - 4, ".ply") == 0);
+    for (size_t i = 0; i < sizeof kinds / sizeof *kinds; i++)
+        if (length >= strlen(kinds[i]) && strcasecmp(name + length - strlen(kinds[i]), kinds[i]) == 0)
+            return 1;
+    return 0;
 }
 
 /* "-o frames/" followed by a wildcard makes the first frame the output; it must not be written over. */
@@ -591,7 +596,7 @@ static int check_name(const char *name) {
     if (!name || !*name)
         return nsdf_cli_usage_error("no output: name it with -o OUT.nsdf");
     if (ends_in_mesh(name))
-        return nsdf_cli_usage_error("the output '%s' ends in %s: name an .nsdf file", name, name + strlen(name) - 4);
+        return nsdf_cli_usage_error("the output '%s' ends in %s: name an .nsdf file", name, strrchr(name, '.'));
     return -1;
 }
 
@@ -655,7 +660,7 @@ int enc_options_parse(enc_options *options, int argc, char **argv) {
     if (options->encoder.input != NSDF_MODEL_XYZ && !g.weights)
         options->encoder.weight_time = NSDF_TIME_CONSTANT; /* time is an input already */
     if (options->input_count == 0)
-        return nsdf_cli_usage_error("no input: name a folder, a pattern or OBJ or PLY files");
+        return nsdf_cli_usage_error("no input: name a folder, a pattern or OBJ, PLY, STL or glTF files");
     if (options->frames && options->frame_step)
         return nsdf_cli_usage_error("--frames and --frame-step cannot be given together: --frames 0-98/2 has a step");
     return check_outputs(options);

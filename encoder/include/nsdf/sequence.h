@@ -31,8 +31,8 @@ NSDF_API const char *nsdf_sequence_frame_path(const nsdf_sequence *sequence, uin
 /* Reads a frame.  The mesh is owned by the sequence, valid until the next load or close.  Errors name file and line:
  * "walk_0003.obj:17: face index 90 is out of range (the file has 88 vertices so far)", or the byte in a binary file:
  * "walk_0003.ply: byte 1302: ...".  PLY is ascii or binary of either byte order; the properties x, y, z of the element
- * vertex and vertex_indices (or vertex_index) of the element face are read.  Polygons are triangulated.  STL is ascii or
- * binary; of glTF and GLB all triangles of the default scene are read where their nodes put them, without animation.
+ * vertex and vertex_indices (or vertex_index) of the element face are read.  Polygons are triangulated.  STL is ascii
+ * or binary; of glTF and GLB all triangles of the default scene are read where their nodes put them, without animation.
  * NSDF_UNSUPPORTED_FEATURE for glTF where the library was built without it. */
 NSDF_API NSDF_MUST_USE nsdf_status nsdf_sequence_load(nsdf_sequence *sequence, uint32_t index, nsdf_input_mesh *mesh,
                                                       nsdf_encoder_error *error);
