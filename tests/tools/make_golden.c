@@ -7,7 +7,7 @@
 #include "make_blocks.h"
 #include "nsdf/decoder.h"
 
-enum { POINTS = 64, LAYERS = 3, WIDTH = 12, RAW_WIDTH = 6, SEED = 1 };
+enum { POINTS = 64, LAYERS = 3, WIDTH = 12, RAW_WIDTH = 6, SEED = 1, MESH_RESOLUTION = 72 };
 
 /* Where things are in a file of one segment (spec, sections 4 to 9). */
 enum {
@@ -162,6 +162,82 @@ static void write_points(FILE *out, const made_file *file, const nsdf_blocks_des
     }
 }
 
+/* ---- Meshes: counted from signs of the values, which the surface separates -------------------------------- */
+
+/* Points in the middle of the grid's cells, or at their corners. */
+typedef struct lattice {
+    uint32_t points[3];
+    uint8_t *inside; /* [z][y][x] */
+} lattice;
+
+static size_t lattice_index(const lattice *l, uint32_t x, uint32_t y, uint32_t z) {
+    return ((size_t)z * l->points[1] + y) * l->points[0] + x;
+}
+
+/* Sides of the domain are multiples of the cells' side.  Corners on the border count as outside: meshes are closed
+ * there.  `blocks` as for value_at. */
+static lattice sample_signs(const made_file *file, const nsdf_blocks_desc *blocks, double t, uint32_t resolution,
+                            int corners) {
+    const nsdf_file_header *h = &file->header;
+    const double step = ((double)h->domain_max[0] - (double)h->domain_min[0]) / resolution;
+    lattice l;
+    for (int a = 0; a < 3; a++)
+        l.points[a] =
+            (uint32_t)lround(((double)h->domain_max[a] - (double)h->domain_min[a]) / step) + (corners ? 1 : 0);
+    l.inside = calloc((size_t)l.points[0] * l.points[1] * l.points[2], 1);
+    assert(l.inside);
+    const uint32_t border = corners ? 1 : 0;
+    for (uint32_t z = border; z + border < l.points[2]; z++)
+        for (uint32_t y = border; y + border < l.points[1]; y++)
+            for (uint32_t x = border; x + border < l.points[0]; x++) {
+                const uint32_t at[3] = {x, y, z};
+                double world[3];
+                for (int a = 0; a < 3; a++)
+                    world[a] =
+                        h->centre[a] + h->scale * ((double)h->domain_min[a] + step * (at[a] + (corners ? 0.0 : 0.5)));
+                l.inside[lattice_index(&l, x, y, z)] = value_at(file, blocks, t, world) < 0.0;
+            }
+    return l;
+}
+
+/* How often the sign changes along the lines of the lattice, beyond which is outside. */
+static uint32_t count_changes(const lattice *l) {
+    uint32_t changes = 0;
+    for (uint32_t z = 0; z < l->points[2]; z++)
+        for (uint32_t y = 0; y < l->points[1]; y++)
+            for (uint32_t x = 0; x < l->points[0]; x++) {
+                const uint8_t here = l->inside[lattice_index(l, x, y, z)];
+                changes += here != (x > 0 ? l->inside[lattice_index(l, x - 1, y, z)] : 0);
+                changes += here != (y > 0 ? l->inside[lattice_index(l, x, y - 1, z)] : 0);
+                changes += here != (z > 0 ? l->inside[lattice_index(l, x, y, z - 1)] : 0);
+                changes += here && x + 1 == l->points[0];
+                changes += here && y + 1 == l->points[1];
+                changes += here && z + 1 == l->points[2];
+            }
+    return changes;
+}
+
+static uint32_t count_inside(const lattice *l) {
+    uint32_t count = 0;
+    for (size_t i = 0; i < (size_t)l->points[0] * l->points[1] * l->points[2]; i++)
+        count += l->inside[i];
+    return count;
+}
+
+/* One vertex for each edge of the grid that the surface crosses.  A line through the middles of cells that crosses it
+ * stands for the area of a cell's side, a middle inside it for a cell's volume. */
+static void write_mesh(FILE *out, const made_file *file, const nsdf_blocks_desc *blocks) {
+    const nsdf_file_header *h = &file->header;
+    const double t = floor(64.0 * 0.4 * time_of(h, h->frame_count - 1)) / 64.0;
+    const double side = h->scale * ((double)h->domain_max[0] - (double)h->domain_min[0]) / MESH_RESOLUTION;
+    lattice corners = sample_signs(file, blocks, t, MESH_RESOLUTION, 1);
+    lattice middles = sample_signs(file, blocks, t, MESH_RESOLUTION, 0);
+    fprintf(out, "mesh %.17g %d %u %.6g %.6g\n", t, MESH_RESOLUTION, count_changes(&corners),
+            side * side * count_changes(&middles), side * side * side * count_inside(&middles));
+    free(corners.inside);
+    free(middles.inside);
+}
+
 /* `blocks` as for value_at. */
 static void write_ok(const char *folder, const char *name, made_file *file, const nsdf_blocks_desc *blocks) {
     write_bytes(folder, "ok", name, file);
@@ -174,6 +250,7 @@ static void write_ok(const char *folder, const char *name, made_file *file, cons
     }
     fprintf(out, "hash %016llx\nscale %.17g\n", (unsigned long long)hash_of(file), file->header.scale);
     write_points(out, file, blocks);
+    write_mesh(out, file, blocks);
     if (fclose(out) != 0)
         exit(1);
     free_file(file);

@@ -17,6 +17,11 @@
 
 enum { MAX_POINTS = 64, MAX_NAME = 128, MIN_OK_FILES = 12, MIN_ERROR_FILES = 20, MAX_BYTES = 3000 };
 
+/* Of a mesh's area and volume: those of triangles at resolution 72, and of the lattice that they are compared with. */
+static const double most_off = 0.03;
+/* Of its vertices, because a corner may lie where float and double differ in sign. */
+static const double most_miscounted = 1e-3;
+
 /* What an .expect file says; a line is a word and its values. */
 typedef struct expectation {
     int status;         /* -1 when not given */
@@ -26,13 +31,17 @@ typedef struct expectation {
     uint32_t count;
     double time[MAX_POINTS], value[MAX_POINTS];
     float point[MAX_POINTS][3];
+    uint32_t resolution, vertices; /* of the mesh at mesh_time; resolution 0 when not given */
+    double mesh_time, shadow, volume;
 } expectation;
 
 static void read_line(const char *line, expectation *e) {
     char word[16];
     const uint32_t i = e->count;
     if (sscanf(line, "status %d", &e->status) == 1 || sscanf(line, "hash %llx", &e->hash) == 1 ||
-        sscanf(line, "scale %lf", &e->scale) == 1)
+        sscanf(line, "scale %lf", &e->scale) == 1 ||
+        sscanf(line, "mesh %lf %u %u %lf %lf", &e->mesh_time, &e->resolution, &e->vertices, &e->shadow, &e->volume) ==
+            5)
         return;
     if (sscanf(line, "needs %15s", word) == 1) {
         const int is_zstd = strcmp(word, "zstd") == 0;
@@ -98,6 +107,43 @@ static void assert_values(nsdf_decoder *decoder, const expectation *e, const cha
     }
 }
 
+/* A mesh's areas seen along the three axes, both sides, and the volume that it encloses. */
+static void measure_mesh(const nsdf_mesh_view *view, double *shadow, double *volume) {
+    *shadow = *volume = 0.0;
+    for (uint32_t i = 0; i < view->triangle_count; i++) {
+        const float *p = view->positions + 3 * (size_t)view->indices[3 * i];
+        const float *q = view->positions + 3 * (size_t)view->indices[3 * i + 1];
+        const float *r = view->positions + 3 * (size_t)view->indices[3 * i + 2];
+        for (int a = 0; a < 3; a++) {
+            const int b = (a + 1) % 3, c = (a + 2) % 3;
+            const double normal =
+                (double)(q[b] - p[b]) * (double)(r[c] - p[c]) - (double)(q[c] - p[c]) * (double)(r[b] - p[b]);
+            *shadow += 0.5 * fabs(normal);
+            *volume += normal * (double)p[a] / 6.0;
+        }
+    }
+}
+
+/* Where the sign changes, and how much it encloses, does not depend on how the decoder looks for it. */
+static void assert_mesh(nsdf_decoder *decoder, const expectation *e, const char *name) {
+    nsdf_mesh_options options;
+    nsdf_mesh *mesh = NULL;
+    nsdf_mesh_view view;
+    double shadow, volume;
+    nsdf_mesh_options_init(&options);
+    options.resolution = e->resolution;
+    options.all_pieces = 1;
+    assert_true(e->resolution > 0);
+    assert_int_equal(nsdf_extract_mesh(decoder, e->mesh_time, &options, &mesh), NSDF_OK);
+    assert_int_equal(nsdf_mesh_get_view(mesh, &view), NSDF_OK);
+    measure_mesh(&view, &shadow, &volume);
+    if (fabs((double)view.vertex_count - e->vertices) > most_miscounted * e->vertices ||
+        fabs(shadow - e->shadow) > most_off * e->shadow || fabs(volume - e->volume) > most_off * e->volume)
+        fail_msg("%s, %s kernels: %u vertices, shadow %g, volume %g, expected %u, %g, %g", name,
+                 nsdf_kernel_name(decoder), view.vertex_count, shadow, volume, e->vertices, e->shadow, e->volume);
+    nsdf_mesh_free(&mesh);
+}
+
 static void check_ok_file(const char *name) {
     static const uint32_t masks[] = {0, NSDF_CPU_AVX2, NSDF_CPU_ALL};
     expectation e;
@@ -118,8 +164,10 @@ static void check_ok_file(const char *name) {
         assert_true(info.file_size <= MAX_BYTES);
         assert_true(info.parameter_hash == e.hash);
         assert_int_equal(nsdf_verify(decoder), e.lacks_back_end ? NSDF_UNSUPPORTED_FEATURE : NSDF_OK);
-        if (!e.lacks_back_end)
+        if (!e.lacks_back_end) {
             assert_values(decoder, &e, name);
+            assert_mesh(decoder, &e, name);
+        }
         nsdf_close(&decoder);
     }
 }
