@@ -394,6 +394,7 @@ static int apply_general(enc_options *o, int code, const char *text) {
 /* Options that decide about others. */
 typedef struct {
     int weights, network, blocks;
+    int detail; /* code of an option that says what blocks are like, or 0 */
 } given;
 
 static int apply_model(nsdf_encoder_options *e, int code, const char *text, given *g) {
@@ -545,8 +546,10 @@ static int apply(enc_options *o, int code, const char *text, given *g) {
     g->network |= result >= 0 && general < 0;
     g->network |= code == OPT_WEIGHT_BITS || code == OPT_QUANTISER;
     g->blocks |= code == OPT_BLOCKS;
-    if (result < 0)
+    if (result < 0) {
         result = apply_blocks(&o->encoder, code, text);
+        g->detail = result >= 0 && code != OPT_BLOCKS ? code : g->detail;
+    }
     if (result < 0)
         result = apply_data(&o->encoder, code, text);
     if (result < 0)
@@ -642,7 +645,7 @@ static int check_outputs(const enc_options *options) {
 }
 
 int enc_options_parse(enc_options *options, int argc, char **argv) {
-    given g = {0, 0, 0};
+    given g = {0, 0, 0, 0};
     memset(options, 0, sizeof *options);
     options->preset = "medium";
     options->checkpoint_every = options->segment = -1.0;
@@ -657,6 +660,8 @@ int enc_options_parse(enc_options *options, int argc, char **argv) {
     options->input_count = (size_t)(argc - optind);
     if (g.network && !g.blocks)
         options->encoder.blocks = 0;
+    if (g.detail && options->encoder.blocks == 0)
+        return nsdf_cli_usage_error("--%s goes with moving blocks, not with a network", option_name(g.detail));
     if (options->encoder.input != NSDF_MODEL_XYZ && !g.weights)
         options->encoder.weight_time = NSDF_TIME_CONSTANT; /* time is an input already */
     if (options->input_count == 0)

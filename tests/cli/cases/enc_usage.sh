@@ -6,6 +6,7 @@ fails 2 --fps nsdf-enc --fps -3 -o a.nsdf fixture/frames
 fails 2 --preset nsdf-enc --preset warp -o a.nsdf fixture/frames
 fails 2 --entropy nsdf-enc --entropy zip -o a.nsdf fixture/frames
 fails 2 layers nsdf-enc --layers 99 -o a.nsdf fixture/frames
+fails 2 '--level-spacing goes with moving blocks' nsdf-enc --blocks 0 --level-spacing 4 -o a.nsdf fixture/frames
 fails 2 'takes no value' nsdf-enc --no-verify=1 -o a.nsdf fixture/frames
 # A wildcard behind -o must not write over the first frame.
 fails 2 'ends in .obj' nsdf-enc -o fixture/frames/*.obj
