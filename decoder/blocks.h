@@ -54,7 +54,6 @@ typedef struct nsdf_blocks {
     nsdf_block_group *groups;              /* [nsdf_block_groups(block_count)] */
     nsdf_group_balls *balls;               /* [nsdf_block_groups(of those)] */
     nsdf_block_boxes *boxes, *group_boxes; /* the same: of blocks, of groups */
-    float (*reach)[6];                     /* [block_count]: box of the ball: low, high */
     float low[3], inverse_cell[3];
     uint32_t cells[3];
     uint32_t *start; /* [cells + 1]: where a cell's entries begin */
@@ -80,13 +79,14 @@ void nsdf_blocks_evaluate(const nsdf_blocks *blocks, const struct nsdf_block_ker
 void nsdf_blocks_measure(const nsdf_blocks *blocks, const struct nsdf_block_kernels *kernels, size_t count,
                          size_t stride, const float *xyz, float *value);
 
-/* blocks_groups.c: a block, whose reach is set, into its group, one that is not there out of it, and balls and boxes of
- * groups once all are in theirs. */
-void nsdf_blocks_set_place(nsdf_blocks *blocks, uint32_t k, const float centre[3], const float dipole[3]);
+/* blocks_groups.c: a block with the box of its ball, low then high, into its group, one that is not there out of it,
+ * and balls and boxes of groups once all are in theirs. */
+void nsdf_blocks_set_place(nsdf_blocks *blocks, uint32_t k, const float centre[3], const float dipole[3],
+                           const float reach[6]);
 void nsdf_blocks_remove_place(nsdf_blocks *blocks, uint32_t k);
 void nsdf_blocks_bound_groups(nsdf_blocks *blocks);
 
-/* blocks_cells.c: fills start and entries from reach. */
+/* blocks_cells.c: fills start and entries from the boxes. */
 void nsdf_blocks_sort(nsdf_blocks *blocks);
 
 /* Where monomial x^a y^b z^c, a + b + c <= 3, lies among the terms: by degree, and within it a, then b, descending. */

@@ -17,9 +17,10 @@ static span cells_of(const nsdf_blocks *b, uint32_t k) {
     span s = {{1, 1, 1}, {0, 0, 0}};
     if (!(b->blocks[k].radius > 0.0f))
         return s;
+    const nsdf_block_boxes *boxes = &b->boxes[k / NSDF_BLOCK_GROUP];
     for (int axis = 0; axis < 3; axis++) {
-        s.first[axis] = cell_of(b, b->reach[k][axis], axis);
-        s.last[axis] = cell_of(b, b->reach[k][3 + axis], axis);
+        s.first[axis] = cell_of(b, boxes->low[axis][k % NSDF_BLOCK_GROUP], axis);
+        s.last[axis] = cell_of(b, boxes->high[axis][k % NSDF_BLOCK_GROUP], axis);
     }
     return s;
 }

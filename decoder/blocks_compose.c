@@ -25,7 +25,7 @@ uint64_t nsdf_blocks_storage(const nsdf_blocks_desc *desc) {
            rounded_up(nsdf_block_groups(groups) * sizeof(nsdf_group_balls)) +
            rounded_up(groups * sizeof(nsdf_block_boxes)) +
            rounded_up(nsdf_block_groups(groups) * sizeof(nsdf_block_boxes)) +
-           rounded_up(12 * sizeof(double) * (uint64_t)desc->bone_count) + rounded_up(k * 6 * sizeof(float)) +
+           rounded_up(12 * sizeof(double) * (uint64_t)desc->bone_count) +
            rounded_up((MOST_CELLS + 1) * sizeof(uint32_t)) + rounded_up(entry_room(desc) * sizeof(uint32_t));
 }
 
@@ -110,7 +110,6 @@ void nsdf_blocks_init(nsdf_blocks *blocks, const nsdf_blocks_desc *desc, const f
     blocks->boxes = cut(&rest, groups * sizeof(nsdf_block_boxes));
     blocks->group_boxes = cut(&rest, nsdf_block_groups(groups) * sizeof(nsdf_block_boxes));
     blocks->bones = cut(&rest, 12 * sizeof(double) * (uint64_t)desc->bone_count);
-    blocks->reach = cut(&rest, k * 6 * sizeof(float));
     blocks->start = cut(&rest, (MOST_CELLS + 1) * sizeof(uint32_t));
     blocks->entry_capacity = entry_room(desc);
     blocks->entries = cut(&rest, blocks->entry_capacity * sizeof(uint32_t));
@@ -211,7 +210,7 @@ static void reach_of(const double p[12], double radius, float reach[6]) {
  * / r takes the area vector n A to det(M) M^-T n A = U^T n A / (r^2 det U).  Over 4 pi. */
 static void place_block(nsdf_blocks *blocks, uint32_t k, const double pose[12]) {
     const nsdf_block *block = &blocks->blocks[k];
-    float centre[3], dipole[3];
+    float centre[3], dipole[3], reach[6];
     const float *m = block->map, *g = block->terms + 1;
     const float length = sqrtf(g[0] * g[0] + g[1] * g[1] + g[2] * g[2]);
     const float det =
@@ -221,7 +220,8 @@ static void place_block(nsdf_blocks *blocks, uint32_t k, const double pose[12]) 
         dipole[axis] = scale * (m[axis] * g[0] + m[4 + axis] * g[1] + m[8 + axis] * g[2]);
         centre[axis] = (float)pose[4 * axis + 3];
     }
-    nsdf_blocks_set_place(blocks, k, centre, dipole);
+    reach_of(pose, (double)block->radius, reach);
+    nsdf_blocks_set_place(blocks, k, centre, dipole, reach);
 }
 
 void nsdf_blocks_compose(nsdf_blocks *blocks, double u) {
@@ -246,7 +246,6 @@ void nsdf_blocks_compose(nsdf_blocks *blocks, double u) {
         block->radius = radii[k];
         if (blocks->moving)
             make_terms(blocks, &at, k, block->terms);
-        reach_of(pose, (double)radii[k], blocks->reach[k]);
         place_block(blocks, k, pose);
     }
     nsdf_blocks_bound_groups(blocks);

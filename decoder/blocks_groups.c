@@ -5,7 +5,8 @@
 
 #define NOWHERE 1e9f
 
-static void set_place(nsdf_blocks *b, uint32_t k, const float centre[3], const float dipole[3], const float reach[6]) {
+void nsdf_blocks_set_place(nsdf_blocks *b, uint32_t k, const float centre[3], const float dipole[3],
+                           const float reach[6]) {
     nsdf_block_group *g = &b->groups[k / NSDF_BLOCK_GROUP];
     nsdf_block_boxes *boxes = &b->boxes[k / NSDF_BLOCK_GROUP];
     for (int axis = 0; axis < 3; axis++) {
@@ -16,14 +17,10 @@ static void set_place(nsdf_blocks *b, uint32_t k, const float centre[3], const f
     }
 }
 
-void nsdf_blocks_set_place(nsdf_blocks *b, uint32_t k, const float centre[3], const float dipole[3]) {
-    set_place(b, k, centre, dipole, b->reach[k]);
-}
-
 void nsdf_blocks_remove_place(nsdf_blocks *b, uint32_t k) {
     static const float centre[3] = {NOWHERE, NOWHERE, NOWHERE}, dipole[3] = {0.0f, 0.0f, 0.0f};
     static const float reach[6] = {NOWHERE, NOWHERE, NOWHERE, -NOWHERE, -NOWHERE, -NOWHERE};
-    set_place(b, k, centre, dipole, reach);
+    nsdf_blocks_set_place(b, k, centre, dipole, reach);
 }
 
 /* The middle is the mean of the centres; the radius a little larger, for rounding. */

@@ -394,7 +394,9 @@ static void assert_met(const nsdf_blocks *b, const nsdf_block_kernels *kernels, 
                 low_side = fminf(low_side, x[axis][p]);
                 high_side = fmaxf(high_side, x[axis][p]);
             }
-            apart |= b->reach[k][axis] > high_side || b->reach[k][3 + axis] < low_side;
+            const nsdf_block_boxes *boxes = &b->boxes[k / NSDF_BLOCK_GROUP];
+            apart |= boxes->low[axis][k % NSDF_BLOCK_GROUP] > high_side;
+            apart |= boxes->high[axis][k % NSDF_BLOCK_GROUP] < low_side;
         }
         if (!apart)
             assert_true(count < met && list[count++] == k);
