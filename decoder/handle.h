@@ -7,6 +7,13 @@
 #include "stream.h"
 #include "tasks.h"
 
+/* What extraction takes: `fixed` seconds and `slope` for each unit of squared resolution; of the last one also how long
+ * it took.  Resolution 0 = not measured yet. */
+typedef struct nsdf_pace {
+    double fixed, slope, seconds;
+    uint32_t resolution;
+} nsdf_pace;
+
 struct nsdf_decoder {
     nsdf_decoder_options options; /* every field set */
     nsdf_memory memory;
@@ -20,7 +27,7 @@ struct nsdf_decoder {
     nsdf_mesher *mesher;        /* made at the first extraction */
     nsdf_mesh_storage into;     /* for nsdf_extract_mesh_into */
     nsdf_extraction_stats stats;
-    double pace;      /* seconds for each unit of squared resolution, of the last nsdf_extract_mesh_within; 0 = none */
+    nsdf_pace pace;   /* of nsdf_extract_mesh_within */
     nsdf_error error; /* of the last call that failed */
 };
 

@@ -291,6 +291,23 @@ static void test_a_time_budget_chooses_the_resolution_only(void **state) {
     free_file(&file);
 }
 
+static void test_the_first_frame_climbs_as_long_as_there_is_time(void **state) {
+    made_file file;
+    nsdf_mesh *mesh = NULL;
+    nsdf_mesh_options options;
+    uint32_t resolution = 0;
+    (void)state;
+    nsdf_decoder *decoder = open_made(&file, 1);
+    nsdf_mesh_options_init(&options);
+    options.resolution = 100;
+    assert_int_equal(nsdf_extract_mesh_within(decoder, 0.1, &options, 1e9, &mesh, &resolution), NSDF_OK);
+    assert_int_equal(resolution, 100);
+    assert_true(view_of(mesh).triangle_count > 0);
+    nsdf_mesh_free(&mesh);
+    nsdf_close(&decoder);
+    free_file(&file);
+}
+
 static void test_what_was_done_and_held_is_reported(void **state) {
     made_file file;
     nsdf_mesh *mesh = NULL;
@@ -327,6 +344,7 @@ int main(void) {
         cmocka_unit_test(test_cancelling_leaves_an_empty_mesh),
         cmocka_unit_test(test_cancelling_takes_at_most_ten_milliseconds),
         cmocka_unit_test(test_a_time_budget_chooses_the_resolution_only),
+        cmocka_unit_test(test_the_first_frame_climbs_as_long_as_there_is_time),
         cmocka_unit_test(test_what_was_done_and_held_is_reported),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
