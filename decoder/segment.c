@@ -91,6 +91,21 @@ static nsdf_status make_blocks(const part_place *place, nsdf_memory *memory, con
     return status;
 }
 
+/* Parameters that a coder may make out of hardly any bytes: as many as this part of the memory limit holds, and these
+ * bytes of them for each byte of the part.  Real parts have fewer than ten. */
+enum { SMALL_PART_OF_LIMIT = 64, MOST_EXPANSION = 1024 };
+
+/* A small file must not ask for all memory, nor for the time that it takes to fill it. */
+static nsdf_status check_expansion(const part_place *place, const nsdf_memory *memory, uint64_t size,
+                                   nsdf_error *error) {
+    if (size <= memory->limit / SMALL_PART_OF_LIMIT ||
+        size - memory->limit / SMALL_PART_OF_LIMIT <= (uint64_t)MOST_EXPANSION * place->ref->size)
+        return NSDF_OK;
+    return nsdf_fail(error, NSDF_LIMIT, NSDF_CHUNK_SEGM, place->offset,
+                     "%llu bytes of parameters in a part of %llu bytes: more than max_memory / 64 and 1,024 for a byte",
+                     (unsigned long long)size, (unsigned long long)place->ref->size);
+}
+
 static nsdf_status load_part(const part_place *place, nsdf_memory *memory, const nsdf_file_header *header,
                              nsdf_segment_part *part, nsdf_error *error) {
     size_t coded = 0;
@@ -99,8 +114,10 @@ static nsdf_status load_part(const part_place *place, nsdf_memory *memory, const
     if (parse != NSDF_PARSE_OK)
         return nsdf_fail_parse(error, parse, NSDF_CHUNK_SEGM, place->offset, &fault);
     void *values = NULL;
-    nsdf_status status =
-        take_bytes(memory, nsdf_parameter_count(nsdf_segment_tensors(part)) * sizeof(float), &values, place, error);
+    const uint64_t size = nsdf_parameter_count(nsdf_segment_tensors(part)) * sizeof(float);
+    nsdf_status status = check_expansion(place, memory, size, error);
+    if (status == NSDF_OK)
+        status = take_bytes(memory, size, &values, place, error);
     part->values = values;
     if (status == NSDF_OK)
         status = read_values(place, coded, memory, part, error);

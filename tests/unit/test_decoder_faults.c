@@ -366,6 +366,53 @@ static void test_max_memory_is_never_exceeded(void **state) {
 }
 
 /* The least memory that serves each time alone also serves any sequence of times. */
+/* 530,000 parameters that are all alike: hardly any bytes. */
+static void make_empty_network(made_file *file) {
+    nsdf_buffer payload = {NULL, 0, 0, 0};
+    nsdf_network_desc *desc = &file->desc[0];
+    memset(file, 0, sizeof *file);
+    make_network(desc, MAKE_FOURIER_SEED, 4, 512, NSDF_ENTROPY_RANGE);
+    const size_t count = (size_t)nsdf_parameter_count(&desc->list);
+    int32_t *q = calloc(count, sizeof *q);
+    assert_true(q && count > 500000);
+    file->values[0] = malloc(count * sizeof(float));
+    assert_non_null(file->values[0]);
+    float *value = file->values[0];
+    for (uint32_t t = 0; t < desc->list.count; t++) {
+        const nsdf_array_desc *a = &desc->list.tensors[t].arrays[0];
+        for (uint64_t i = 0; i < nsdf_array_size(a); i++)
+            *value++ = a->quantiser == NSDF_QUANT_RAW ? 0.0f : nsdf_dequantise(0, a->step, a->offset);
+    }
+    nsdf_write_segment_start(&payload, 1);
+    assert_int_equal(nsdf_write_network_part(&payload, desc, q), 0);
+    free(q);
+    file->entries[0].parameter_hash = nsdf_hash_floats(NSDF_HASH_START, file->values[0], count);
+    file->entries[0].last_frame = 4;
+    make_container(file, 1, &payload);
+}
+
+static void test_a_small_file_may_not_ask_for_all_memory(void **state) {
+    static const uint64_t limits[2] = {(uint64_t)16 << 20, (uint64_t)1 << 30};
+    made_file file;
+    (void)state;
+    make_empty_network(&file);
+    assert_true(file.size < 2000);
+    for (int i = 0; i < 2; i++) {
+        nsdf_decoder_options options;
+        nsdf_decoder *decoder = NULL;
+        nsdf_error error;
+        nsdf_decoder_options_init(&options);
+        options.threads = 1;
+        options.max_memory = limits[i];
+        assert_int_equal(nsdf_open_memory(&decoder, file.data, file.size, &options, NULL), NSDF_OK);
+        assert_int_equal(nsdf_verify(decoder), i == 0 ? NSDF_LIMIT : NSDF_OK);
+        assert_int_equal(nsdf_get_error(decoder, &error), NSDF_OK);
+        assert_true(i == 1 || strstr(error.message, "max_memory / 64"));
+        nsdf_close(&decoder);
+    }
+    free_file(&file);
+}
+
 static void test_what_is_cached_never_causes_a_limit(void **state) {
     made_file file;
     uint64_t enough = 0;
@@ -411,6 +458,7 @@ int main(void) {
         cmocka_unit_test(test_a_read_that_fails_is_an_io_status),
         cmocka_unit_test(test_failing_allocations_are_a_status_and_leak_nothing),
         cmocka_unit_test(test_max_memory_is_never_exceeded),
+        cmocka_unit_test(test_a_small_file_may_not_ask_for_all_memory),
         cmocka_unit_test(test_what_is_cached_never_causes_a_limit),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
