@@ -133,7 +133,7 @@ static uint32_t best_bin(const item *items, uint32_t count, const bin_plan *plan
 
 /* Reorders the items and returns how many go to the first part: at least one, never all. */
 static uint32_t partition(item *items, uint32_t count, bool halve) {
-    bin_plan plan;
+    bin_plan plan = {0, 0.0f, 0.0f}; /* set by plan_bins, which not every compiler sees */
     if (halve || !plan_bins(items, count, &plan)) {
         return count / 2;
     }
