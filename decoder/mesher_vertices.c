@@ -158,55 +158,78 @@ static void find_edge(const batch *b, uint32_t v) {
     }
 }
 
-/* Evaluates each listed vertex at a place of its edge: its low end, its high end, or the middle. */
-enum { AT_LOW, AT_HIGH, AT_MIDDLE };
+/* Evaluates each listed vertex at a place of its edge: its low end, its high end, the middle, or the corner below. */
+enum { AT_LOW, AT_HIGH, AT_MIDDLE, AT_CORNER };
 
-static void evaluate_edges(const batch *b, uint32_t count, int where) {
+static void evaluate_edges(const batch *b, const uint32_t *list, uint32_t count, int where) {
     nsdf_mesher_scratch *s = b->s;
+    const float margin = edge_margin * (float)b->mesher->grid.step;
     for (uint32_t i = 0; i < count; i++) {
-        const uint32_t v = s->list[i];
+        const uint32_t v = list[i];
         for (int a = 0; a < 3; a++)
             s->point[a][i] = s->start[a][v];
-        s->point[s->axis[v]][i] = where == AT_LOW    ? s->low[v]
-                                  : where == AT_HIGH ? s->high[v]
-                                                     : 0.5f * (s->low[v] + s->high[v]);
+        s->point[s->axis[v]][i] = where == AT_LOW      ? s->low[v]
+                                  : where == AT_HIGH   ? s->high[v]
+                                  : where == AT_CORNER ? s->low[v] - margin
+                                                       : 0.5f * (s->low[v] + s->high[v]);
     }
     evaluate(b, count, (float *const[3]){NULL, NULL, NULL});
 }
 
-/* The vertices that Newton's steps have left off the surface; those without a usable gradient are. */
+/* The vertices that Newton's steps have left off the surface; those without a usable gradient are.  Where the field is
+ * steep its gradient turns fast, and what is known of it, from before the last step, is worth less. */
+static int is_left(const batch *b, uint32_t v) {
+    const nsdf_mesher_scratch *s = b->s;
+    const float square = squared_gradient(s, v), limit = 0.5f * tolerance * (float)b->mesher->grid.step;
+    if (!gradient_is_usable(square))
+        return s->distance[v] != 0;
+    return is_off_surface(b, v) || (square > 4 && fabsf(s->distance[v]) > limit * sqrtf(square));
+}
+
 static uint32_t list_left(const batch *b) {
     uint32_t n = 0;
     for (uint32_t v = 0; v < b->count; v++)
-        if (b->loose[v] != NSDF_VERTEX_ON_BORDER &&
-            (is_off_surface(b, v) || (!gradient_is_usable(squared_gradient(b->s, v)) && b->s->distance[v] != 0)))
+        if (b->loose[v] != NSDF_VERTEX_ON_BORDER && is_left(b, v))
             b->s->list[n++] = v;
     return n;
 }
 
-/* Keeps in the list the vertices with ends of both signs. */
-static uint32_t keep_changing(const batch *b, uint32_t count) {
+/* Brings the vertices whose edge has ends of both signs to the front of the list; returns how many.  Of the others the
+ * sign changes between an end and the corner behind it: they get that end. */
+static uint32_t sort_out(const batch *b, uint32_t count) {
     nsdf_mesher_scratch *s = b->s;
-    uint32_t kept = 0;
-    evaluate_edges(b, count, AT_LOW);
+    uint32_t front = 0;
+    evaluate_edges(b, s->list, count, AT_LOW);
     for (uint32_t i = 0; i < count; i++)
         s->inside[s->list[i]] = s->value[i] < 0;
-    evaluate_edges(b, count, AT_HIGH);
-    for (uint32_t i = 0; i < count; i++)
-        if ((s->value[i] < 0) != s->inside[s->list[i]])
-            s->list[kept++] = s->list[i];
-    return kept;
+    evaluate_edges(b, s->list, count, AT_HIGH);
+    for (uint32_t i = 0; i < count; i++) {
+        const uint32_t v = s->list[i];
+        if ((s->value[i] < 0) == s->inside[v])
+            continue;
+        s->list[i] = s->list[front];
+        s->list[front++] = v;
+    }
+    evaluate_edges(b, s->list + front, count - front, AT_CORNER);
+    for (uint32_t i = front; i < count; i++) {
+        const uint32_t v = s->list[i];
+        if ((s->value[i - front] < 0) != s->inside[v])
+            s->high[v] = s->low[v];
+        else
+            s->low[v] = s->high[v];
+    }
+    return front;
 }
 
 static void halve(const batch *b) {
     nsdf_mesher_scratch *s = b->s;
-    uint32_t n = list_left(b);
+    const uint32_t n = list_left(b);
     for (uint32_t i = 0; i < n; i++)
         find_edge(b, s->list[i]);
-    n = n > 0 ? keep_changing(b, n) : 0;
-    for (int k = 0; n > 0 && k < HALVINGS; k++) {
-        evaluate_edges(b, n, AT_MIDDLE);
-        for (uint32_t i = 0; i < n; i++) {
+    const uint32_t changing = n > 0 ? sort_out(b, n) : 0;
+    for (int k = 0; changing > 0 && k < HALVINGS; k++) {
+        evaluate_edges(b, s->list, changing, AT_MIDDLE);
+        for (uint32_t i = 0; i < changing; i++) {
             const uint32_t v = s->list[i];
             *((s->value[i] < 0) == s->inside[v] ? &s->low[v] : &s->high[v]) = s->point[s->axis[v]][i];
         }

@@ -109,6 +109,9 @@ void nsdf_mux_join_box(nsdf_file_header *a, const nsdf_file_header *b) {
     }
     /* A larger bound skips less, and gives the same surface. */
     a->extraction_bound = fmaxf(a->extraction_bound, b->extraction_bound);
+    /* The thinnest surface of both needs the finer one. */
+    if (b->default_resolution > a->default_resolution)
+        a->default_resolution = b->default_resolution;
 }
 
 /* Whether the first segment of `other` is the rest of the last one of mux: one model, at one place in time. */
