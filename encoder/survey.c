@@ -10,7 +10,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { AUTO_FRAMES = 240, AUTO_TRIANGLES = 60000000, LEAST_AUTO_FRAMES = 16 };
+enum { LEAST_AUTO_FRAMES = 16 };
 
 nsdf_status nsdf_survey_create(nsdf_survey **survey, nsdf_encoder_error *error) {
     if (!survey)
@@ -153,6 +153,18 @@ uint64_t nsdf_survey_hash(const nsdf_survey *survey, uint32_t first, uint32_t co
     return hash;
 }
 
+uint64_t nsdf_survey_span_hash(const nsdf_survey *survey, const nsdf_span *span, const nsdf_encoder_options *options) {
+    if (!survey || !span)
+        return 0;
+    const uint32_t first = span->first - span->lead;
+    const uint64_t words[4] = {nsdf_encoder_options_hash(options),
+                               nsdf_survey_hash(survey, first, span->last + span->trail - first + 1), span->lead,
+                               span->trail};
+    uint64_t hash = nsdf_hash64(NSDF_HASH_START, words, sizeof words);
+    hash = nsdf_hash64(hash, survey->box_min, sizeof survey->box_min);
+    return nsdf_hash64(hash, survey->box_max, sizeof survey->box_max);
+}
+
 /* ---- The plan ----------------------------------------------------------------------------------------------- */
 
 void nsdf_plan_options_init(nsdf_plan_options *options) {
@@ -167,8 +179,10 @@ static uint32_t most_frames(const nsdf_survey *s, uint32_t asked) {
         return asked;
     for (uint32_t i = 0; i < s->count; i++)
         triangles += s->frames[i].triangles;
-    const double fits = (double)AUTO_TRIANGLES * s->count / (double)triangles;
-    return fits >= AUTO_FRAMES ? AUTO_FRAMES : fits <= LEAST_AUTO_FRAMES ? LEAST_AUTO_FRAMES : (uint32_t)fits;
+    const double fits = (double)NSDF_SEGMENT_TRIANGLES * s->count / (double)triangles;
+    return fits >= NSDF_SEGMENT_FRAMES ? NSDF_SEGMENT_FRAMES
+           : fits <= LEAST_AUTO_FRAMES ? LEAST_AUTO_FRAMES
+                                       : (uint32_t)fits;
 }
 
 /* As much of the overlap as the neighbour has, and at most half of it, so that cross-fades do not meet. */

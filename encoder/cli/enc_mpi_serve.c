@@ -15,6 +15,15 @@ static int tell(enc_message_kind kind, uint32_t segment, double done, uint64_t s
     return MPI_Send(&m, sizeof m, MPI_BYTE, 0, ENC_TAG_MESSAGE, MPI_COMM_WORLD) == MPI_SUCCESS ? 0 : -1;
 }
 
+/* Says now and then that the rank lives, and how far it is; *told is when it did. */
+static int report(double *told, uint32_t segment, double done) {
+    const double now = nsdf_cli_clock();
+    if (now - *told < report_every)
+        return 0;
+    *told = now;
+    return tell(ENC_MESSAGE_PROGRESS, segment, done, 0);
+}
+
 static int send_bytes(const void *bytes, uint64_t size) {
     const uint64_t most = 1 << 30;
     for (uint64_t at = 0; at < size; at += most) {
@@ -94,13 +103,10 @@ static int fit(const enc_parts *parts, uint32_t segment) {
     if (enc_job_start(&job, parts, segment) != 0)
         return tell(ENC_MESSAGE_FAILED, segment, 0.0, 0);
     while ((state = enc_job_check(&job)) == ENC_JOB_RUNNING) {
-        const double now = nsdf_cli_clock();
-        if (look_for_order() == ENC_ORDER_END ||
-            (now - told >= report_every && tell(ENC_MESSAGE_PROGRESS, segment, job.done, 0) != 0)) {
+        if (look_for_order() == ENC_ORDER_END || report(&told, segment, job.done) != 0) {
             enc_job_stop(&job);
             return -1;
         }
-        told = now - told >= report_every ? now : told;
         enc_mpi_rest();
     }
     if (state == ENC_JOB_DONE)
@@ -117,11 +123,8 @@ static int64_t await_order(void) {
         const int64_t what = look_for_order();
         if (what != UINT32_MAX)
             return what;
-        if (nsdf_cli_clock() - told >= report_every) {
-            if (tell(ENC_MESSAGE_PROGRESS, 0, 0.0, 0) != 0)
-                return ENC_ORDER_END;
-            told = nsdf_cli_clock();
-        }
+        if (report(&told, 0, 0.0) != 0)
+            return ENC_ORDER_END;
         enc_mpi_rest();
     }
 }

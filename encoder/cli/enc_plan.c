@@ -9,7 +9,7 @@
 
 /* Bytes of a file beside what its segments' chunks and its index entries take: preamble, HEAD, INDX, QUAL, META and
  * ENDF (spec, sections 3 to 8), and of an entry. */
-enum { FILE_BYTES = 16 + 148 + 28 + 76 + 39 + 20, ENTRY_BYTES = 48, AUTO_FRAMES = 240, AUTO_TRIANGLES = 60000000 };
+enum { FILE_BYTES = 16 + 148 + 28 + 76 + 39 + 20, ENTRY_BYTES = 48 };
 
 static double nominal_frames(const nsdf_cli_list *list) {
     return (double)list->numbers[list->count - 1] - (double)list->numbers[0];
@@ -30,13 +30,13 @@ int enc_plan_needed(const enc_options *options, nsdf_sequence *sequence, const n
     const uint32_t most = most_frames(options, list);
     if (most > 0)
         return list->count > most;
-    if (list->count > AUTO_FRAMES)
+    if (list->count > NSDF_SEGMENT_FRAMES)
         return 1;
     if (nsdf_sequence_load(sequence, list->numbers[0], &mesh, &error) != NSDF_OK) {
         nsdf_cli_error("%s", error.message);
         return -1;
     }
-    return (uint64_t)mesh.triangle_count * list->count > AUTO_TRIANGLES;
+    return (uint64_t)mesh.triangle_count * list->count > NSDF_SEGMENT_TRIANGLES;
 }
 
 /* ---- Making ------------------------------------------------------------------------------------------------- */
@@ -69,26 +69,6 @@ static int survey_frames(enc_plan *p, nsdf_survey *survey) {
     return 0;
 }
 
-/* FNV-1a, 64 bits. */
-static uint64_t add_to_hash(uint64_t hash, const void *data, size_t size) {
-    for (const unsigned char *p = data, *end = p + size; p < end; p++)
-        hash = (hash ^ *p) * UINT64_C(0x100000001b3);
-    return hash;
-}
-
-static uint64_t hash_segment(const enc_plan *p, const nsdf_survey *survey, uint32_t segment) {
-    const nsdf_span *s = &p->spans[segment];
-    const nsdf_encoder_options options = enc_plan_options(p, segment);
-    const uint32_t first = s->first - s->lead, count = s->last + s->trail - first + 1;
-    uint64_t hash = nsdf_encoder_options_hash(&options);
-    const uint64_t frames = nsdf_survey_hash(survey, first, count);
-    hash = add_to_hash(hash, &frames, sizeof frames);
-    hash = add_to_hash(hash, &s->lead, sizeof s->lead);
-    hash = add_to_hash(hash, &s->trail, sizeof s->trail);
-    hash = add_to_hash(hash, p->box_min, sizeof p->box_min);
-    return add_to_hash(hash, p->box_max, sizeof p->box_max);
-}
-
 static int take_plan(enc_plan *p, nsdf_survey *survey) {
     nsdf_encoder_error error;
     nsdf_plan_options options;
@@ -108,8 +88,10 @@ static int take_plan(enc_plan *p, nsdf_survey *survey) {
         return -1;
     }
     memcpy(p->spans, spans, p->count * sizeof *spans);
-    for (uint32_t i = 0; i < p->count; i++)
-        p->hashes[i] = hash_segment(p, survey, i);
+    for (uint32_t i = 0; i < p->count; i++) {
+        const nsdf_encoder_options own = enc_plan_options(p, i);
+        p->hashes[i] = nsdf_survey_span_hash(survey, &p->spans[i], &own);
+    }
     return 0;
 }
 
@@ -149,15 +131,20 @@ static uint32_t threads_of(uint32_t at_once) {
     return cores > (long)at_once ? (uint32_t)(cores / (long)at_once) : 1;
 }
 
+double enc_plan_size(const enc_plan *plan) {
+    const nsdf_encoder_options *o = &plan->options->encoder;
+    return o->target_bitrate > 0.0
+               ? floor(125.0 * o->target_bitrate * nominal_frames(plan->list) * o->rate_den / o->rate_num)
+               : (double)o->target_size;
+}
+
 nsdf_encoder_options enc_plan_options(const enc_plan *plan, uint32_t segment) {
     nsdf_encoder_options o = plan->options->encoder;
     const nsdf_span *s = &plan->spans[segment];
     const double from = time_before(plan, s->first), to = time_before(plan, s->last);
-    double size = (double)o.target_size;
+    const double size = enc_plan_size(plan);
     if (o.threads == 0 && plan->at_once > 1)
         o.threads = threads_of(plan->at_once);
-    if (o.target_bitrate > 0.0)
-        size = floor(125.0 * o.target_bitrate * nominal_frames(plan->list) * o.rate_den / o.rate_num);
     o.time_budget *= (double)plan->at_once / plan->count;
     if (!(size > 0.0))
         return o;

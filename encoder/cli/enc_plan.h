@@ -28,6 +28,9 @@ int enc_plan_needed(const enc_options *options, nsdf_sequence *sequence, const n
 int enc_plan_make(enc_plan *plan, const enc_options *options, nsdf_sequence *sequence, const nsdf_cli_list *list);
 void enc_plan_free(enc_plan *plan);
 
+/* Bytes that --size or --bitrate asks for; 0 without them. */
+double enc_plan_size(const enc_plan *plan);
+
 /* The options of one segment: a size or a bitrate for the whole file is shared out by time. */
 nsdf_encoder_options enc_plan_options(const enc_plan *plan, uint32_t segment);
 

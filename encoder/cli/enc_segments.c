@@ -91,13 +91,9 @@ static int write_whole(const nsdf_mux *whole, nsdf_cli_file *file, uint64_t *siz
 }
 
 /* Whether the whole is what was asked for, as nsdf_encoder_stats.target_met says of one segment. */
-static int is_met(const nsdf_encoder_options *o, const enc_plan *plan, const nsdf_encoder_stats *s) {
-    double size = (double)o->target_size;
-    if (o->target_bitrate > 0.0) {
-        const uint32_t *numbers = plan->list->numbers;
-        const double frames = (double)numbers[plan->list->count - 1] - (double)numbers[0];
-        size = floor(125.0 * o->target_bitrate * frames * o->rate_den / o->rate_num);
-    }
+static int is_met(const enc_plan *plan, const nsdf_encoder_stats *s) {
+    const nsdf_encoder_options *o = &plan->options->encoder;
+    const double size = enc_plan_size(plan);
     if (size > 0.0)
         return (double)s->file_size <= size && (double)s->file_size >= 0.97 * size;
     return !(o->target_error > 0.0) || nsdf_mean_error(&s->quality) <= o->target_error;
@@ -110,7 +106,7 @@ static void describe(const enc_plan *plan, const nsdf_mux *whole, nsdf_encoder_s
     nsdf_quality quality;
     if (nsdf_mux_get_quality(whole, &quality) == NSDF_OK)
         stats->quality = quality;
-    stats->target_met = is_met(&plan->options->encoder, plan, stats);
+    stats->target_met = is_met(plan, stats);
 }
 
 int enc_segments_encode(const enc_plan *plan, nsdf_cli_file *file, nsdf_encoder_stats *stats) {

@@ -5,29 +5,15 @@
 
 #include <cmocka.h>
 
-#include "make_file.h"
-#include "nsdf/mux.h"
+#include "mux_samples.h"
 
 enum { POINTS = 32 };
-
-static int append(void *user, const void *data, size_t size) {
-    nsdf_buffer_append(user, data, size);
-    return 0;
-}
 
 static int refuse(void *user, const void *data, size_t size) {
     (void)user;
     (void)data;
     (void)size;
     return 1;
-}
-
-static nsdf_mux *open_mux(const void *data, size_t size) {
-    nsdf_mux *mux = NULL;
-    nsdf_encoder_error error;
-    if (nsdf_mux_open(&mux, data, size, &error) != NSDF_OK)
-        fail_msg("%s", error.message);
-    return mux;
 }
 
 static nsdf_decoder *decode(const nsdf_mux *mux, nsdf_buffer *bytes) {
@@ -63,6 +49,18 @@ static void assert_same_at(nsdf_decoder *a, double frame_a, nsdf_decoder *b, dou
         if (fabsf(values[0][i] - values[1][i]) > 1e-5f)
             fail_msg("frame %g has %.9g, frame %g of the other %.9g", frame_a, (double)values[0][i], frame_b,
                      (double)values[1][i]);
+}
+
+/* The same from the first to the last frame, in steps of a part of one. */
+static void assert_same_until(const nsdf_mux *a, const nsdf_mux *b, double last, double step) {
+    nsdf_buffer bytes[2] = {{NULL, 0, 0, 0}, {NULL, 0, 0, 0}};
+    nsdf_decoder *x = decode(a, &bytes[0]), *y = decode(b, &bytes[1]);
+    for (double f = 0.0; f <= last; f += step)
+        assert_same_at(x, f, y, f);
+    nsdf_close(&x);
+    nsdf_close(&y);
+    for (int i = 0; i < 2; i++)
+        nsdf_buffer_free(&bytes[i]);
 }
 
 static void test_a_file_comes_out_as_it_went_in(void **state) {
@@ -132,57 +130,41 @@ static void test_a_cut_keeps_the_surface_at_its_time(void **state) {
 
 static void test_what_was_cut_in_two_joins_to_the_same_bytes(void **state) {
     made_file file;
-    nsdf_buffer bytes[2] = {{NULL, 0, 0, 0}, {NULL, 0, 0, 0}};
+    nsdf_buffer bytes = {NULL, 0, 0, 0};
     nsdf_encoder_error error;
     (void)state;
     make_file(&file, 3, MAKE_SPLINE, NSDF_ENTROPY_RANGE, 1);
     nsdf_mux *whole = open_mux(file.data, file.size);
-    nsdf_mux *head = open_mux(file.data, file.size), *tail = open_mux(file.data, file.size);
-    assert_int_equal(nsdf_mux_cut(head, 0, 8, &error), NSDF_OK);
-    assert_int_equal(nsdf_mux_cut(tail, 8, 12, &error), NSDF_OK);
+    nsdf_mux *head = open_part(&file, 0, 8), *tail = open_part(&file, 8, 12);
     assert_int_equal(nsdf_mux_segment_count(head), 2);
     assert_int_equal(nsdf_mux_append(head, tail, 0, &error), NSDF_OK);
-    assert_int_equal(nsdf_mux_write(head, append, &bytes[0], &error), NSDF_OK);
+    assert_int_equal(nsdf_mux_write(head, append, &bytes, &error), NSDF_OK);
     /* But for the measured errors, which are those of all frames. */
-    assert_int_equal(bytes[0].size, file.size - 56 - NSDF_CHUNK_OVERHEAD);
-    nsdf_decoder *a = decode(whole, &bytes[0]), *b = decode(head, &bytes[1]);
-    for (double f = 0.0; f <= 12.0; f += 0.5)
-        assert_same_at(a, f, b, f);
-    nsdf_close(&a);
-    nsdf_close(&b);
+    assert_int_equal(bytes.size, file.size - 56 - NSDF_CHUNK_OVERHEAD);
+    assert_same_until(whole, head, 12.0, 0.5);
     nsdf_mux_close(&whole);
     nsdf_mux_close(&head);
     nsdf_mux_close(&tail);
-    for (int i = 0; i < 2; i++)
-        nsdf_buffer_free(&bytes[i]);
+    nsdf_buffer_free(&bytes);
     free_file(&file);
 }
 
 /* Cut inside a segment, the models reach over the cut, and a cross-fade between equal models changes nothing. */
 static void test_equal_models_cross_fade_unseen(void **state) {
     made_file file;
-    nsdf_buffer bytes[2] = {{NULL, 0, 0, 0}, {NULL, 0, 0, 0}};
     nsdf_encoder_error error;
     (void)state;
     make_file(&file, 2, MAKE_SPLINE, NSDF_ENTROPY_RANGE, 3);
     nsdf_mux *whole = open_mux(file.data, file.size);
-    nsdf_mux *head = open_mux(file.data, file.size), *tail = open_mux(file.data, file.size);
-    assert_int_equal(nsdf_mux_cut(head, 0, 2, &error), NSDF_OK);
-    assert_int_equal(nsdf_mux_cut(tail, 2, 8, &error), NSDF_OK);
+    nsdf_mux *head = open_part(&file, 0, 2), *tail = open_part(&file, 2, 8);
     assert_int_equal(nsdf_mux_append(head, tail, 3, &error), NSDF_INVALID_ARGUMENT);
     assert_non_null(strstr(error.message, "cross-fade of 3 frames"));
     assert_int_equal(nsdf_mux_append(head, tail, 2, &error), NSDF_OK);
     assert_int_equal(nsdf_mux_segment_count(head), 3);
-    nsdf_decoder *a = decode(whole, &bytes[0]), *b = decode(head, &bytes[1]);
-    for (double f = 0.0; f <= 8.0; f += 0.125)
-        assert_same_at(a, f, b, f);
-    nsdf_close(&a);
-    nsdf_close(&b);
+    assert_same_until(whole, head, 8.0, 0.125);
     nsdf_mux_close(&whole);
     nsdf_mux_close(&head);
     nsdf_mux_close(&tail);
-    for (int i = 0; i < 2; i++)
-        nsdf_buffer_free(&bytes[i]);
     free_file(&file);
 }
 

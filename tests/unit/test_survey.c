@@ -101,6 +101,15 @@ static void test_surveys_tell_box_and_changes_of_frames(void **state) {
     assert_true(nsdf_survey_hash(a, 0, 2) == nsdf_survey_hash(b, 0, 2));
     assert_true(nsdf_survey_hash(a, 0, 2) != nsdf_survey_hash(a, 1, 2));
     assert_true(nsdf_survey_hash(a, 2, 1) != nsdf_survey_hash(b, 2, 1));
+    nsdf_encoder_options options = hasty_options(), other = options;
+    const nsdf_span span = {0, 1, 0, 1}, shorter = {0, 1, 0, 0};
+    const uint64_t hash = nsdf_survey_span_hash(a, &span, &options);
+    assert_true(hash != nsdf_survey_span_hash(b, &span, &options)); /* frame 2 is its trail */
+    assert_true(hash != nsdf_survey_span_hash(a, &shorter, &options));
+    other.threads = options.threads + 1;
+    assert_true(hash == nsdf_survey_span_hash(a, &span, &other));
+    other.seed = options.seed + 1;
+    assert_true(hash != nsdf_survey_span_hash(a, &span, &other));
     assert_int_equal(add_tetrahedron(a, 3, 0, 0), NSDF_INVALID_ARGUMENT); /* numbers ascend */
     double nan[9] = {0, 0, 0, 1, 0, NAN, 0, 1, 0};
     const uint32_t indices[3] = {0, 1, 2};

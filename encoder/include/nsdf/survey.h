@@ -33,13 +33,16 @@ NSDF_API uint32_t nsdf_survey_frame_count(const nsdf_survey *survey);
 /* The box of all frames, world units.  NSDF_INVALID_ARGUMENT without frames. */
 NSDF_API NSDF_MUST_USE nsdf_status nsdf_survey_box(const nsdf_survey *survey, double box_min[3], double box_max[3]);
 
-/* A hash of the meshes of `count` frames in the order added, the first of them `first`: of what a fit depends on. */
+/* A hash of the meshes of `count` frames in the order added, the first of them `first`. */
 NSDF_API uint64_t nsdf_survey_hash(const nsdf_survey *survey, uint32_t first, uint32_t count);
+
+/* What a segment has by default at most: frames, and triangles in all of them. */
+enum { NSDF_SEGMENT_FRAMES = 240, NSDF_SEGMENT_TRIANGLES = 60000000 };
 
 typedef struct nsdf_plan_options {
     size_t struct_size;   /* set by nsdf_plan_options_init */
-    uint32_t most_frames; /* of a segment, 2 up; 0 (default) = 240, fewer where that would be more than 60 million
-                             triangles */
+    uint32_t most_frames; /* of a segment, 2 up; 0 (default) = NSDF_SEGMENT_FRAMES, fewer where that would be more than
+                             NSDF_SEGMENT_TRIANGLES */
     uint32_t overlap;     /* frames that neighbouring segments fit together on each side of a cut; default 2 */
 } nsdf_plan_options;
 
@@ -56,6 +59,10 @@ typedef struct nsdf_span {
 NSDF_API NSDF_MUST_USE nsdf_status nsdf_survey_plan(nsdf_survey *survey, const nsdf_plan_options *options,
                                                     const nsdf_span **spans, uint32_t *count,
                                                     nsdf_encoder_error *error);
+
+/* A hash of all that the file of a span depends on: its frames, how far it reaches, the box of all frames, options. */
+NSDF_API uint64_t nsdf_survey_span_hash(const nsdf_survey *survey, const nsdf_span *span,
+                                        const nsdf_encoder_options *options);
 
 #ifdef __cplusplus
 }
