@@ -63,18 +63,18 @@ static void test_plans_cover_all_frames_within_the_limit(void **state) {
     }
 }
 
-static void test_cuts_lie_where_the_surface_rests_or_changes_its_topology(void **state) {
+static void test_cuts_lie_where_the_surface_moves_as_usual_or_changes_its_topology(void **state) {
     uint32_t count;
     (void)state;
     nsdf_survey *survey = new_survey();
     double x = 0.0;
     for (uint32_t i = 0; i <= 40; i++) {
-        x += i >= 23 && i <= 25 ? 0.0 : 1.0; /* rests from frame 22 to 25 */
+        x += i <= 14 ? 0.1 : i <= 23 ? 0.0 : i <= 27 ? 1.0 : 3.0; /* creeps, rests, moves as on average, runs */
         assert_int_equal(add_tetrahedron(survey, i, x, 0), NSDF_OK);
     }
     const nsdf_span *s = plan(survey, 31, &count);
     assert_int_equal(count, 2);
-    assert_true(s[0].last >= 22 && s[0].last <= 25);
+    assert_true(s[0].last >= 23 && s[0].last <= 27);
     nsdf_survey_close(&survey);
 
     survey = new_survey();
@@ -189,7 +189,7 @@ static void test_parts_that_cannot_be_are_refused(void **state) {
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_plans_cover_all_frames_within_the_limit),
-        cmocka_unit_test(test_cuts_lie_where_the_surface_rests_or_changes_its_topology),
+        cmocka_unit_test(test_cuts_lie_where_the_surface_moves_as_usual_or_changes_its_topology),
         cmocka_unit_test(test_surveys_tell_box_and_changes_of_frames),
         cmocka_unit_test(test_a_part_has_its_own_frames_and_the_sequence_s_box),
         cmocka_unit_test(test_parts_that_cannot_be_are_refused),

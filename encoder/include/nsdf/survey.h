@@ -55,7 +55,7 @@ typedef struct nsdf_span {
 } nsdf_span;
 
 /* As few segments of nearly the same length as most_frames allows, cut within a quarter of their length where the
- * surface changes its topology or moves least.  *spans is the survey's, valid until the next call. */
+ * surface changes its topology or moves as much as on average.  *spans is the survey's, valid until the next call. */
 NSDF_API NSDF_MUST_USE nsdf_status nsdf_survey_plan(nsdf_survey *survey, const nsdf_plan_options *options,
                                                     const nsdf_span **spans, uint32_t *count,
                                                     nsdf_encoder_error *error);
