@@ -3,6 +3,7 @@
 #include <dirent.h>
 #include <errno.h>
 #include <glob.h>
+#include <math.h>
 #include <stdbool.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -12,6 +13,7 @@
 #include "input_error.h"
 #include "input_file.h"
 #include "number_pattern.h"
+#include "obj_number.h"
 
 #define MAX_LINE 4096 /* of a list file, with the zero */
 
@@ -19,9 +21,10 @@
 
 void nsdf_path_list_free(nsdf_path_list *list) {
     for (size_t i = 0; i < list->count; i++) {
-        free(list->items[i]);
+        free(list->items[i].path);
     }
     free(list->items);
+    free(list->timed_list);
     *list = (nsdf_path_list){0};
 }
 
@@ -29,7 +32,7 @@ void nsdf_path_list_free(nsdf_path_list *list) {
 static nsdf_status append(nsdf_path_list *list, char *path, nsdf_encoder_error *error) {
     if (path != NULL && list->count == list->capacity) {
         size_t capacity = 2 * list->capacity + 64;
-        char **items = realloc(list->items, capacity * sizeof *items);
+        nsdf_frame_file *items = realloc(list->items, capacity * sizeof *items);
         if (items == NULL) {
             free(path);
             return nsdf_input_no_memory(error);
@@ -40,7 +43,7 @@ static nsdf_status append(nsdf_path_list *list, char *path, nsdf_encoder_error *
     if (path == NULL) {
         return nsdf_input_no_memory(error);
     }
-    list->items[list->count++] = path;
+    list->items[list->count++] = (nsdf_frame_file){.path = path};
     return NSDF_OK;
 }
 
@@ -107,7 +110,7 @@ int nsdf_natural_compare(const char *a, const char *b) {
 }
 
 static int compare_paths(const void *a, const void *b) {
-    return nsdf_natural_compare(*(char *const *)a, *(char *const *)b);
+    return nsdf_natural_compare(((const nsdf_frame_file *)a)->path, ((const nsdf_frame_file *)b)->path);
 }
 
 static void sort_paths(nsdf_path_list *list, size_t first) {
@@ -255,46 +258,121 @@ static bool holds_control(const char *line) {
     return false;
 }
 
-static nsdf_status append_listed(nsdf_path_list *list, const char *list_path, unsigned line, const char *name,
-                                 nsdf_encoder_error *error) {
-    char *path = join(list_path, name[0] == '/' ? 0 : folder_length(list_path), name);
-    if (path != NULL && kind_of(path) != PATH_FILE) {
-        const char *why = kind_of(path) == PATH_MISSING ? "no such file" : "not a regular file";
-        nsdf_status status =
-            nsdf_input_fail(error, NSDF_IO, "%s:%u: %s '%.90s'", nsdf_show_path(list_path).text, line, why, name);
+/* A list file while it is read. */
+typedef struct list_reader {
+    nsdf_path_list *list;
+    const char *path;
+    size_t first; /* of its items in the list */
+    unsigned line;
+    nsdf_encoder_error *error;
+} list_reader;
+
+/* Cuts a time off the end of a line "path seconds"; false when there is none. */
+static bool cut_time(char *name, double *seconds) {
+    size_t end = strlen(name);
+    while (end > 0 && strchr(" \t", name[end - 1]) == NULL) {
+        end--;
+    }
+    const char *after = nsdf_read_number(name + end, seconds);
+    if (end == 0 || after == NULL || *after != '\0') {
+        return false;
+    }
+    name[end] = '\0';
+    trim(name);
+    return true;
+}
+
+static bool is_file(const list_reader *r, const char *name, char **path) {
+    *path = join(r->path, name[0] == '/' ? 0 : folder_length(r->path), name);
+    return *path != NULL && kind_of(*path) == PATH_FILE;
+}
+
+static nsdf_status refuse_listed(const list_reader *r, const char *path, const char *name) {
+    if (path == NULL) {
+        return nsdf_input_no_memory(r->error);
+    }
+    const char *why = kind_of(path) == PATH_MISSING ? "no such file" : "not a regular file";
+    return nsdf_input_fail(r->error, NSDF_IO, "%s:%u: %s '%.90s'", nsdf_show_path(r->path).text, r->line, why, name);
+}
+
+/* Times are in all lines or in none, and ascend. */
+static nsdf_status check_time(const list_reader *r, bool timed, double seconds) {
+    const nsdf_frame_file *items = r->list->items;
+    const bool is_first = r->list->count == r->first;
+    if (!is_first && timed != (r->list->timed_list != NULL)) {
+        return nsdf_input_fail(r->error, NSDF_CORRUPT, "%s:%u: %s time, but the lines before it have %s",
+                               nsdf_show_path(r->path).text, r->line, timed ? "a" : "no", timed ? "none" : "one");
+    }
+    if (timed && !(seconds >= 0.0 && seconds < INFINITY)) {
+        return nsdf_input_fail(r->error, NSDF_CORRUPT, "%s:%u: the time %.9g s is %s", nsdf_show_path(r->path).text,
+                               r->line, seconds, seconds < 0.0 ? "negative" : "not finite");
+    }
+    if (timed && !is_first && !(seconds > items[r->list->count - 1].seconds)) {
+        return nsdf_input_fail(r->error, NSDF_CORRUPT, "%s:%u: the time %.9g s does not come after %.9g s in line %u",
+                               nsdf_show_path(r->path).text, r->line, seconds, items[r->list->count - 1].seconds,
+                               items[r->list->count - 1].line);
+    }
+    return NSDF_OK;
+}
+
+/* A line that names a file as it stands has no time, whatever it ends in. */
+static nsdf_status append_listed(const list_reader *r, char *name) {
+    char *path, whole[MAX_LINE];
+    double seconds = 0.0;
+    bool timed = false;
+    snprintf(whole, sizeof whole, "%s", name);
+    bool found = is_file(r, name, &path);
+    if (!found && path != NULL && cut_time(name, &seconds)) {
+        free(path);
+        timed = true;
+        found = is_file(r, name, &path);
+    }
+    nsdf_status status = found ? check_time(r, timed, seconds) : refuse_listed(r, path, timed ? name : whole);
+    if (status != NSDF_OK) {
         free(path);
         return status;
     }
-    return append(list, path, error);
+    if (timed && r->list->timed_list == NULL && (r->list->timed_list = strdup(r->path)) == NULL) {
+        free(path);
+        return nsdf_input_no_memory(r->error);
+    }
+    status = append(r->list, path, r->error);
+    if (status == NSDF_OK) {
+        r->list->items[r->list->count - 1].seconds = seconds;
+        r->list->items[r->list->count - 1].line = r->line;
+    }
+    return status;
 }
 
-static nsdf_status read_list(nsdf_path_list *list, const char *path, FILE *file, nsdf_encoder_error *error) {
+static nsdf_status read_line(const list_reader *r, char *line, bool ended) {
+    const char *end = memchr(line, '\n', MAX_LINE);
+    const char *zero = memchr(line, '\0', MAX_LINE);
+    if (end == NULL || (zero < end && !ended)) {
+        return nsdf_input_fail(r->error, NSDF_CORRUPT, "%s:%u: %s", nsdf_show_path(r->path).text, r->line,
+                               end == NULL ? "the line is too long for a path"
+                                           : "a zero byte: this is not a list of paths");
+    }
+    char *name = trim(line);
+    if (holds_control(name)) {
+        return nsdf_input_fail(r->error, NSDF_CORRUPT, "%s:%u: control characters: this is not a list of paths",
+                               nsdf_show_path(r->path).text, r->line);
+    }
+    return *name != '\0' && *name != '#' ? append_listed(r, name) : NSDF_OK;
+}
+
+static nsdf_status read_list(list_reader *r, FILE *file) {
     char line[MAX_LINE];
-    for (unsigned number = 1;; number++) {
+    nsdf_status status = NSDF_OK;
+    for (r->line = 1; status == NSDF_OK; r->line++) {
         memset(line, '\n', sizeof line); /* shows how far fgets came, beyond zero bytes too */
         if (fgets(line, sizeof line, file) == NULL) {
-            return ferror(file) ? nsdf_input_fail(error, NSDF_IO, "%s: cannot read the file", nsdf_show_path(path).text)
-                                : NSDF_OK;
+            return ferror(file)
+                       ? nsdf_input_fail(r->error, NSDF_IO, "%s: cannot read the file", nsdf_show_path(r->path).text)
+                       : NSDF_OK;
         }
-        const char *end = memchr(line, '\n', sizeof line);
-        const char *zero = memchr(line, '\0', sizeof line);
-        if (end == NULL || (zero < end && !feof(file))) {
-            return nsdf_input_fail(error, NSDF_CORRUPT, "%s:%u: %s", nsdf_show_path(path).text, number,
-                                   end == NULL ? "the line is too long for a path"
-                                               : "a zero byte: this is not a list of paths");
-        }
-        const char *name = trim(line);
-        if (holds_control(name)) {
-            return nsdf_input_fail(error, NSDF_CORRUPT, "%s:%u: control characters: this is not a list of paths",
-                                   nsdf_show_path(path).text, number);
-        }
-        if (*name != '\0' && *name != '#') {
-            nsdf_status status = append_listed(list, path, number, name, error);
-            if (status != NSDF_OK) {
-                return status;
-            }
-        }
+        status = read_line(r, line, feof(file) != 0);
     }
+    return status;
 }
 
 static nsdf_status expand_list(nsdf_path_list *list, const char *path, nsdf_encoder_error *error) {
@@ -303,7 +381,8 @@ static nsdf_status expand_list(nsdf_path_list *list, const char *path, nsdf_enco
     if (file == NULL) {
         return nsdf_input_fail(error, NSDF_IO, "%s: cannot open the list file", nsdf_show_path(path).text);
     }
-    nsdf_status status = read_list(list, path, file, error);
+    list_reader reader = {list, path, first, 0, error};
+    nsdf_status status = read_list(&reader, file);
     (void)fclose(file);
     if (status == NSDF_OK && list->count == first) {
         return nsdf_input_fail(error, NSDF_CORRUPT, "empty list file '%s': no paths", nsdf_show_path(path).text);

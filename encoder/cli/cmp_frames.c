@@ -9,9 +9,21 @@
 
 /* ---- Opening -------------------------------------------------------------------------------------------- */
 
-static int open_meshes(nsdf_sequence **sequence, const char *input) {
+/* Frames of meshes have the rate of the .nsdf file that they are compared with. */
+static int open_meshes(nsdf_sequence **sequence, const cmp_frames *frames, const cmp_options *o, const char *input) {
+    nsdf_sequence_options options;
     nsdf_encoder_error error;
-    if (nsdf_sequence_open(sequence, &input, 1, &error) == NSDF_OK)
+    nsdf_info info;
+    nsdf_sequence_options_init(&options);
+    options.ignore_numbers = o->ignore_numbers;
+    if (o->rate_num) {
+        options.rate_num = o->rate_num;
+        options.rate_den = o->rate_den;
+    } else if (frames->decoder && nsdf_get_info(frames->decoder, &info) == NSDF_OK) {
+        options.rate_num = info.rate_num;
+        options.rate_den = info.rate_den;
+    }
+    if (nsdf_sequence_open(sequence, &input, 1, &options, &error) == NSDF_OK)
         return NSDF_CLI_SUCCESS;
     nsdf_cli_error("%s", error.message);
     return NSDF_CLI_FAILURE;
@@ -40,7 +52,7 @@ static uint32_t decoded_count(const cmp_frames *frames) {
 
 /* How many frames there are to choose from; 0 after an error. */
 static uint32_t common_count(const cmp_frames *frames, const cmp_options *o) {
-    const uint32_t reference = frames->reference_count, decoded = decoded_count(frames);
+    const uint32_t reference = nsdf_sequence_frame_count(frames->reference), decoded = decoded_count(frames);
     const uint32_t least = reference < decoded ? reference : decoded;
     if (reference == decoded)
         return reference;
@@ -55,27 +67,44 @@ static uint32_t common_count(const cmp_frames *frames, const cmp_options *o) {
     return least;
 }
 
+/* Of the first `count` frames those that the reference has a mesh of: the decoded side must have them too. */
+static int choose(cmp_frames *frames, const cmp_options *o, uint32_t count) {
+    nsdf_cli_list *list = &frames->chosen;
+    uint32_t kept = 0;
+    const int result =
+        o->frames ? nsdf_cli_list_parse(list, "--frames", o->frames, count) : nsdf_cli_list_all(list, count);
+    if (result != NSDF_CLI_SUCCESS)
+        return result;
+    nsdf_cli_list_sort(list);
+    for (uint32_t i = 0; i < list->count; i++) {
+        const uint32_t frame = list->numbers[i];
+        const int there = !frames->decoded || nsdf_sequence_frame_path(frames->decoded, frame) != NULL;
+        if (!nsdf_sequence_frame_path(frames->reference, frame) || (!there && o->common))
+            continue;
+        if (!there) {
+            nsdf_cli_error("%s has no frame %lu, %s has one (--common compares those that both have)", o->decoded,
+                           (unsigned long)frame, o->reference);
+            return NSDF_CLI_FAILURE;
+        }
+        list->numbers[kept++] = frame;
+    }
+    list->count = kept;
+    return kept > 0 ? result : nsdf_cli_usage_error("none of the frames to compare has a mesh in %s", o->reference);
+}
+
 int cmp_frames_open(cmp_frames *frames, const cmp_options *o) {
     memset(frames, 0, sizeof *frames);
     for (int k = 0; k < 3; k++) {
         frames->box_min[k] = INFINITY;
         frames->box_max[k] = -INFINITY;
     }
-    int result = open_meshes(&frames->reference, o->reference);
+    int result = cmp_is_nsdf(o->decoded) ? open_nsdf(frames, o) : NSDF_CLI_SUCCESS;
     if (result == NSDF_CLI_SUCCESS)
-        result = cmp_is_nsdf(o->decoded) ? open_nsdf(frames, o) : open_meshes(&frames->decoded, o->decoded);
-    if (result != NSDF_CLI_SUCCESS)
-        return result;
-    frames->reference_count = nsdf_sequence_frame_count(frames->reference);
-    const uint32_t count = common_count(frames, o);
-    if (count == 0)
-        return NSDF_CLI_FAILURE;
-    if (!o->frames)
-        return nsdf_cli_list_all(&frames->chosen, count);
-    result = nsdf_cli_list_parse(&frames->chosen, "--frames", o->frames, count);
-    if (result == NSDF_CLI_SUCCESS)
-        nsdf_cli_list_sort(&frames->chosen);
-    return result;
+        result = open_meshes(&frames->reference, frames, o, o->reference);
+    if (result == NSDF_CLI_SUCCESS && !frames->decoder)
+        result = open_meshes(&frames->decoded, frames, o, o->decoded);
+    const uint32_t count = result == NSDF_CLI_SUCCESS ? common_count(frames, o) : 0;
+    return count > 0 ? choose(frames, o, count) : NSDF_CLI_FAILURE;
 }
 
 void cmp_frames_close(cmp_frames *frames) {
@@ -186,15 +215,16 @@ static int add_to_box(cmp_frames *frames, uint32_t frame) {
 
 int cmp_frames_read_box(cmp_frames *frames) {
     int result = NSDF_CLI_SUCCESS;
-    for (uint32_t frame = 0; frame < frames->reference_count && result == NSDF_CLI_SUCCESS; frame++)
-        result = add_to_box(frames, frame);
+    for (uint32_t i = 0; i < nsdf_sequence_mesh_count(frames->reference) && result == NSDF_CLI_SUCCESS; i++)
+        result = add_to_box(frames, nsdf_sequence_mesh_frame(frames->reference, i));
     return result;
 }
 
 int cmp_frames_finish_box(cmp_frames *frames) {
     int result = NSDF_CLI_SUCCESS;
     uint32_t next = 0; /* chosen numbers ascend */
-    for (uint32_t frame = 0; frame < frames->reference_count && result == NSDF_CLI_SUCCESS; frame++) {
+    for (uint32_t i = 0; i < nsdf_sequence_mesh_count(frames->reference) && result == NSDF_CLI_SUCCESS; i++) {
+        const uint32_t frame = nsdf_sequence_mesh_frame(frames->reference, i);
         if (next < frames->chosen.count && frames->chosen.numbers[next] == frame)
             next++;
         else

@@ -15,7 +15,6 @@ typedef struct cmp_frames {
     size_t capacity;   /* doubles */
     nsdf_cli_list chosen;
     double box_min[3], box_max[3]; /* of the reference's frames seen so far */
-    uint32_t reference_count;
 } cmp_frames;
 
 /* Opens both and decides which frames are compared.  NSDF_CLI_SUCCESS, or another exit code after printing why;

@@ -17,8 +17,13 @@ static const char help_text[] =
     "DEC is another, or an .nsdf file, which is decoded at its frames.  The meshes need no common connectivity.\n"
     "\n"
     "Which frames\n"
-    "      --frames LIST      frames of REF, numbers from 0: 7 or 0-9,20 or 1-173/2 (every second); the same ones of "
+    "      --frames LIST      frames of REF, numbered in time from 0: 7 or 0-9,20 or 1-173/2 (every second); the same "
+    "ones of "
     "DEC\n"
+    "      --numbers KIND     times (default): frames are as far apart as the numbers of their files; ignore: files "
+    "follow\n"
+    "                         each other\n"
+    "      --fps F            frames per second, for a list file with times (default: the .nsdf file's, or 25)\n"
     "      --common           if the numbers of frames differ, compare those that both have; otherwise that is an "
     "error\n"
     "      --resolution N     at which an .nsdf file is decoded, 2 to 4096 (default: the file's)\n"
@@ -46,6 +51,8 @@ static const char help_text[] =
 
 enum {
     OPT_FRAMES = 256,
+    OPT_NUMBERS,
+    OPT_FPS,
     OPT_COMMON,
     OPT_RESOLUTION,
     OPT_SAMPLES,
@@ -67,6 +74,8 @@ static const struct option long_options[] = {
     {"verbose", no_argument, NULL, 'v'},
     {"help", no_argument, NULL, 'h'},
     {"frames", required_argument, NULL, OPT_FRAMES},
+    {"numbers", required_argument, NULL, OPT_NUMBERS},
+    {"fps", required_argument, NULL, OPT_FPS},
     {"common", no_argument, NULL, OPT_COMMON},
     {"resolution", required_argument, NULL, OPT_RESOLUTION},
     {"samples", required_argument, NULL, OPT_SAMPLES},
@@ -131,6 +140,11 @@ static int set_units(cmp_options *o, const char *text) {
     return o->world || strcmp(text, "diagonal") == 0 ? 0 : bad_value("units", text, "diagonal or world");
 }
 
+static int set_numbers(cmp_options *o, const char *text) {
+    o->ignore_numbers = strcmp(text, "ignore") == 0;
+    return o->ignore_numbers || strcmp(text, "times") == 0 ? 0 : bad_value("numbers", text, "times or ignore");
+}
+
 static int apply_measuring(cmp_options *o, int code, const char *text) {
     switch (code) {
     case OPT_SAMPLES:
@@ -164,6 +178,12 @@ static int apply(cmp_options *o, int code, const char *text) {
     case OPT_FRAMES:
         o->frames = text;
         return 0;
+    case OPT_NUMBERS:
+        return set_numbers(o, text);
+    case OPT_FPS:
+        return nsdf_cli_parse_rational(text, &o->rate_num, &o->rate_den) == 0
+                   ? 0
+                   : bad_value("fps", text, "a rate such as 25, 29.97 or 60000/1001");
     case OPT_COMMON:
         o->common = 1;
         return 0;

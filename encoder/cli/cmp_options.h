@@ -9,12 +9,14 @@ typedef enum cmp_format { CMP_TABLE, CMP_CSV, CMP_JSON } cmp_format;
 typedef struct cmp_options {
     nsdf_compare_options compare;
     const char *reference, *decoded;
-    const char *frames;  /* list; NULL = all */
-    const char *output;  /* NULL = standard output */
-    const char *heatmap; /* name or pattern; NULL = none */
-    double heatmap_max;  /* in the units of the output; 0 = 5e-3 of the diagonal */
-    double peak;         /* world units; 0 = longest side of the reference's box */
-    uint32_t resolution; /* 0 = the file's */
+    const char *frames;          /* list; NULL = all */
+    const char *output;          /* NULL = standard output */
+    const char *heatmap;         /* name or pattern; NULL = none */
+    double heatmap_max;          /* in the units of the output; 0 = 5e-3 of the diagonal */
+    double peak;                 /* world units; 0 = longest side of the reference's box */
+    uint32_t resolution;         /* 0 = the file's */
+    uint32_t rate_num, rate_den; /* of times in seconds; 0 = the file's, or 25 */
+    int ignore_numbers;          /* of files */
     cmp_format format;
     int world, common;
     int quiet, verbose;

@@ -2,69 +2,12 @@
 
 #include "cli_util.h"
 #include "enc_dirt.h"
+#include "enc_frames.h"
 
-#include <ctype.h>
 #include <stdio.h>
-#include <stdlib.h>
 #include <string.h>
 
 enum { TEXT = 800 };
-
-/* ---- Missing numbers ---------------------------------------------------------------------------------------- */
-
-/* The last digits of a file's name, and what is before and after them. */
-typedef struct {
-    const char *path;
-    size_t before, after; /* lengths up to and with the number */
-    uint64_t number;
-} numbered;
-
-static int find_number(const char *path, numbered *n) {
-    const char *slash = strrchr(path, '/');
-    const size_t start = slash ? (size_t)(slash - path) + 1 : 0;
-    size_t end = strlen(path);
-    while (end > start && !isdigit((unsigned char)path[end - 1]))
-        end--;
-    size_t first = end;
-    while (first > start && isdigit((unsigned char)path[first - 1]))
-        first--;
-    *n = (numbered){path, first, end, 0};
-    if (first == end || end - first > 18)
-        return 0;
-    n->number = strtoull(path + first, NULL, 10);
-    return 1;
-}
-
-static int alike(const numbered *a, const numbered *b) {
-    return a->before == b->before && strncmp(a->path, b->path, a->before) == 0 &&
-           strcmp(a->path + a->after, b->path + b->after) == 0;
-}
-
-static void add_missing(char *text, size_t size, uint64_t first, uint64_t last) {
-    const size_t used = strlen(text);
-    if (used + 60 > size) {
-        if (used < 4 || strcmp(text + used - 3, "...") != 0)
-            snprintf(text + used, size - used, ", ...");
-        return;
-    }
-    snprintf(text + used, size - used, first == last ? "%s%llu" : "%s%llu-%llu", used ? ", " : "",
-             (unsigned long long)first, (unsigned long long)last);
-}
-
-const char *enc_missing_numbers(const nsdf_sequence *sequence, char *text, size_t size) {
-    const uint32_t count = nsdf_sequence_frame_count(sequence);
-    numbered before, now;
-    text[0] = '\0';
-    if (count == 0 || !find_number(nsdf_sequence_frame_path(sequence, 0), &before))
-        return text;
-    for (uint32_t i = 1; i < count; i++, before = now) {
-        if (!find_number(nsdf_sequence_frame_path(sequence, i), &now))
-            return text;
-        if (alike(&before, &now) && now.number > before.number + 1)
-            add_missing(text, size, before.number + 1, now.number - 1);
-    }
-    return text;
-}
 
 /* ---- Frames ------------------------------------------------------------------------------------------------- */
 
@@ -74,13 +17,14 @@ typedef struct {
     nsdf_cli_file file;
     nsdf_mesh_report sum;
     uint32_t checked, refused;
+    uint32_t missing; /* frames without a file */
 } checker;
 
 /* Returns 1 when the frame can be encoded; otherwise *error says why not. */
-static int check_frame(checker *c, uint32_t index, nsdf_mesh_report *report, nsdf_encoder_error *error) {
+static int check_frame(checker *c, uint32_t frame, nsdf_mesh_report *report, nsdf_encoder_error *error) {
     nsdf_input_mesh mesh;
-    const char *path = nsdf_sequence_frame_path(c->sequence, index);
-    if (nsdf_sequence_load(c->sequence, index, &mesh, error) != NSDF_OK)
+    const char *path = nsdf_sequence_frame_path(c->sequence, frame);
+    if (nsdf_sequence_load(c->sequence, frame, &mesh, error) != NSDF_OK)
         return 0; /* names the file */
     if (nsdf_encoder_check_mesh(&c->options->encoder, &mesh, report, error) == NSDF_OK)
         return 1;
@@ -91,7 +35,7 @@ static int check_frame(checker *c, uint32_t index, nsdf_mesh_report *report, nsd
     return 0;
 }
 
-static void print_frame(checker *c, uint32_t index, const nsdf_mesh_report *report, const nsdf_encoder_error *error) {
+static void print_frame(checker *c, uint32_t frame, const nsdf_mesh_report *report, const nsdf_encoder_error *error) {
     char wrong[TEXT], done[TEXT];
     if (error) {
         nsdf_cli_file_print(&c->file, "%s: cannot be encoded\n", error->message);
@@ -100,14 +44,14 @@ static void print_frame(checker *c, uint32_t index, const nsdf_mesh_report *repo
     enc_name_dirt(report, wrong, sizeof wrong);
     enc_explain_dirt(report, 1, c->options->encoder.shell > 0.0, done, sizeof done);
     nsdf_cli_file_print(&c->file, "%s: %llu vertices, %llu triangles, %llu piece%s; %s%s%s\n",
-                        nsdf_sequence_frame_path(c->sequence, index), (unsigned long long)report->vertices,
+                        nsdf_sequence_frame_path(c->sequence, frame), (unsigned long long)report->vertices,
                         (unsigned long long)report->triangles, (unsigned long long)report->components,
                         report->components == 1 ? "" : "s", wrong, *done ? " -> " : "", done);
 }
 
-static void put_frame(checker *c, uint32_t index, const nsdf_mesh_report *report, const nsdf_encoder_error *error) {
-    nsdf_cli_file_print(&c->file, "%s\n    {\"file\": ", c->checked > 1 ? "," : "");
-    nsdf_cli_file_print_json(&c->file, nsdf_sequence_frame_path(c->sequence, index));
+static void put_frame(checker *c, uint32_t frame, const nsdf_mesh_report *report, const nsdf_encoder_error *error) {
+    nsdf_cli_file_print(&c->file, "%s\n    {\"frame\": %u, \"file\": ", c->checked > 1 ? "," : "", frame);
+    nsdf_cli_file_print_json(&c->file, nsdf_sequence_frame_path(c->sequence, frame));
     if (error) {
         nsdf_cli_file_print(&c->file, ", \"encodable\": false, \"error\": ");
         nsdf_cli_file_print_json(&c->file, error->message);
@@ -118,18 +62,18 @@ static void put_frame(checker *c, uint32_t index, const nsdf_mesh_report *report
     nsdf_cli_file_print(&c->file, "}");
 }
 
-static void visit(checker *c, uint32_t index) {
+static void visit(checker *c, uint32_t frame) {
     nsdf_mesh_report report = {0};
     nsdf_encoder_error error;
-    const int good = check_frame(c, index, &report, &error);
+    const int good = check_frame(c, frame, &report, &error);
     c->checked++;
     c->refused += !good;
     if (good)
         nsdf_join_reports(&c->sum, &report);
     if (c->options->check == ENC_CHECK_JSON)
-        put_frame(c, index, &report, good ? NULL : &error);
+        put_frame(c, frame, &report, good ? NULL : &error);
     else if (!c->options->quiet)
-        print_frame(c, index, &report, good ? NULL : &error);
+        print_frame(c, frame, &report, good ? NULL : &error);
 }
 
 /* ---- All ---------------------------------------------------------------------------------------------------- */
@@ -147,13 +91,16 @@ static void print_summary(checker *c, const char *missing) {
         nsdf_cli_file_print(&c->file, "; of each: %s", done);
     nsdf_cli_file_print(&c->file, "\n");
     if (*missing)
-        nsdf_cli_file_print(&c->file, "numbers %s are missing: the files that are there follow each other\n", missing);
+        nsdf_cli_file_print(&c->file, "%s\n", missing);
 }
 
-static void put_summary(checker *c, const char *missing) {
+static void put_summary(checker *c) {
+    char missing[TEXT];
+    nsdf_sequence_missing(c->sequence, missing, sizeof missing);
     nsdf_cli_file_print(&c->file, "\n  ],\n  \"frame_count\": %u, \"refused\": %u, \"missing\": ", c->checked,
                         c->refused);
     nsdf_cli_file_print_json(&c->file, missing);
+    nsdf_cli_file_print(&c->file, ", \"interpolated\": %u", c->missing);
     nsdf_cli_file_print(&c->file, ", \"encodable\": %s,\n  \"mesh\": ", c->refused ? "false" : "true");
     enc_put_dirt(&c->file, &c->sum);
     nsdf_cli_file_print(&c->file, "\n}\n");
@@ -162,6 +109,7 @@ static void put_summary(checker *c, const char *missing) {
 int enc_check(const enc_options *options, nsdf_sequence *sequence, const nsdf_cli_list *list) {
     checker c = {.options = options, .sequence = sequence};
     char missing[TEXT];
+    c.missing = enc_explain_missing(sequence, missing, sizeof missing);
     const int json = options->check == ENC_CHECK_JSON;
     if (nsdf_cli_file_open(&c.file, options->output ? options->output : "-") != 0)
         return NSDF_CLI_FAILURE;
@@ -171,9 +119,8 @@ int enc_check(const enc_options *options, nsdf_sequence *sequence, const nsdf_cl
         nsdf_cli_progress("checking %u of %u", i + 1, list->count);
         visit(&c, list->numbers[i]);
     }
-    enc_missing_numbers(sequence, missing, sizeof missing);
     if (json)
-        put_summary(&c, missing);
+        put_summary(&c);
     else
         print_summary(&c, missing);
     if (nsdf_cli_interrupts() > 0) {

@@ -10,8 +10,4 @@
  * was named).  Returns the exit code: success when all can be encoded. */
 int enc_check(const enc_options *options, nsdf_sequence *sequence, const nsdf_cli_list *list);
 
-/* The numbers in the names of the files, or "" where none are missing or files are not numbered alike: "3, 8-9".
- * Returns text. */
-const char *enc_missing_numbers(const nsdf_sequence *sequence, char *text, size_t size);
-
 #endif

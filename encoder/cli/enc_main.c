@@ -279,15 +279,16 @@ static int encode_frames(const enc_options *o, nsdf_encoder *encoder, nsdf_seque
 }
 
 static void warn_about_gaps(const nsdf_sequence *sequence) {
-    char missing[200];
-    if (*enc_missing_numbers(sequence, missing, sizeof missing))
-        nsdf_cli_warn("files with the numbers %s are missing: those that are there follow each other in time", missing);
+    char missing[400];
+    (void)enc_explain_missing(sequence, missing, sizeof missing);
+    if (*missing)
+        nsdf_cli_warn("%s", missing);
 }
 
 /* Everything from open inputs on; out is released by the caller. */
 static int encode_sequence(const enc_options *o, nsdf_encoder *encoder, nsdf_sequence **sequence, outputs *out) {
     nsdf_cli_list list;
-    int code = enc_choose_frames(o, nsdf_sequence_frame_count(*sequence), &list);
+    int code = enc_choose_frames(o, *sequence, &list);
     if (code == NSDF_CLI_SUCCESS && !o->check && enc_mpi_rank() == 0)
         warn_about_gaps(*sequence);
     if (code == NSDF_CLI_SUCCESS && o->check) {
@@ -305,9 +306,14 @@ static int encode_sequence(const enc_options *o, nsdf_encoder *encoder, nsdf_seq
 static int encode_inputs(const enc_options *o, nsdf_encoder *encoder) {
     nsdf_sequence *sequence = NULL;
     nsdf_encoder_error error;
+    nsdf_sequence_options options;
     outputs out;
     init_outputs(&out);
-    if (nsdf_sequence_open(&sequence, o->inputs, o->input_count, &error) != NSDF_OK) {
+    nsdf_sequence_options_init(&options);
+    options.rate_num = o->encoder.rate_num;
+    options.rate_den = o->encoder.rate_den;
+    options.ignore_numbers = o->ignore_numbers;
+    if (nsdf_sequence_open(&sequence, o->inputs, o->input_count, &options, &error) != NSDF_OK) {
         nsdf_cli_error("%s", error.message);
         return NSDF_CLI_FAILURE;
     }

@@ -18,8 +18,11 @@ static const char help_text[] =
     "\n"
     "  -o, --output FILE        file to write\n"
     "      --fps F              frames per second: 25, 29.97 or 60000/1001 (default 25)\n"
+    "      --numbers KIND       times (default): frames are as far apart as the numbers of their files, and those that "
+    "are\n"
+    "                           missing are interpolated; ignore: files follow each other\n"
     "      --frame-step N       fit every Nth frame and the last one only; the others are interpolated (default 1)\n"
-    "      --frames LIST        fit these frames only, numbered from 0: 7 or 0-9,20 or 1-173/2 (every second)\n"
+    "      --frames LIST        fit these frames only, numbered in time from 0: 7 or 0-9,20 or 1-173/2 (every second)\n"
     "      --preset NAME        fast, medium (default; also called temporal), slow or thesis\n"
     "      --size BYTES         size of the file: never larger, at most 3 % smaller\n"
     "      --bitrate KBPS       the same in kilobits (1000 bits) per second of the sequence\n"
@@ -89,6 +92,7 @@ static const char help_text[] =
 enum {
     OPT_FPS = 256,
     OPT_SMALLEST_PIECE,
+    OPT_NUMBERS,
     OPT_FRAME_STEP,
     OPT_FRAMES,
     OPT_PRESET,
@@ -159,6 +163,7 @@ static const struct option long_options[] = {
     {"help", no_argument, NULL, 'h'},
     {"version", no_argument, NULL, OPT_VERSION},
     {"fps", required_argument, NULL, OPT_FPS},
+    {"numbers", required_argument, NULL, OPT_NUMBERS},
     {"frame-step", required_argument, NULL, OPT_FRAME_STEP},
     {"frames", required_argument, NULL, OPT_FRAMES},
     {"preset", required_argument, NULL, OPT_PRESET},
@@ -344,6 +349,8 @@ static int apply_general(enc_options *o, int code, const char *text) {
         return nsdf_cli_parse_rational(text, &e->rate_num, &e->rate_den) == 0
                    ? 0
                    : bad_value(code, text, "a rate such as 25, 29.97 or 60000/1001");
+    case OPT_NUMBERS:
+        return set_choice(code, text, "times|ignore", &o->ignore_numbers);
     case OPT_FRAME_STEP:
         return nsdf_cli_parse_u32(text, 1, UINT32_MAX, &o->frame_step) == 0
                    ? 0

@@ -19,7 +19,7 @@ static double seconds(void) {
 /* The mesh is borrowed from the sequence. */
 static int load(nsdf_sequence **sequence, const char *path, nsdf_input_mesh *mesh) {
     nsdf_encoder_error error;
-    if (nsdf_sequence_open(sequence, &path, 1, &error) != NSDF_OK ||
+    if (nsdf_sequence_open(sequence, &path, 1, NULL, &error) != NSDF_OK ||
         nsdf_sequence_load(*sequence, 0, mesh, &error) != NSDF_OK) {
         fprintf(stderr, "bench_compare: %s\n", error.message);
         return -1;

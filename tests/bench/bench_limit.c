@@ -33,12 +33,13 @@ static void evaluate(void *user, uint32_t worker, size_t count, const float *con
 
 static nsdf_status load(const char *input, nsdf_frames *frames, nsdf_encoder_error *error) {
     nsdf_sequence *sequence = NULL;
-    nsdf_status status = nsdf_sequence_open(&sequence, &input, 1, error);
-    for (uint32_t i = 0; status == NSDF_OK && i < nsdf_sequence_frame_count(sequence); i++) {
+    nsdf_status status = nsdf_sequence_open(&sequence, &input, 1, NULL, error);
+    for (uint32_t i = 0; status == NSDF_OK && i < nsdf_sequence_mesh_count(sequence); i++) {
         nsdf_input_mesh mesh;
-        status = nsdf_sequence_load(sequence, i, &mesh, error);
+        const uint32_t frame = nsdf_sequence_mesh_frame(sequence, i);
+        status = nsdf_sequence_load(sequence, frame, &mesh, error);
         if (status == NSDF_OK)
-            status = nsdf_frames_add(frames, i, &mesh, error);
+            status = nsdf_frames_add(frames, frame, &mesh, error);
     }
     nsdf_sequence_close(&sequence);
     return status;

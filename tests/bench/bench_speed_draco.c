@@ -119,12 +119,13 @@ static void add_original(coded_frames *coded, const nsdf_input_mesh *mesh) {
 static int code_originals(const bench_speed_options *options, coded_frames *coded) {
     nsdf_sequence *sequence = NULL;
     nsdf_encoder_error error;
-    nsdf_status status = nsdf_sequence_open(&sequence, &options->input, 1, &error);
-    const uint32_t all = status == NSDF_OK ? nsdf_sequence_frame_count(sequence) : 0;
+    nsdf_status status = nsdf_sequence_open(&sequence, &options->input, 1, NULL, &error);
+    const uint32_t all = status == NSDF_OK ? nsdf_sequence_mesh_count(sequence) : 0;
     const uint32_t wanted = all < options->frames ? all : options->frames;
     for (uint32_t i = 0; i < wanted && status == NSDF_OK && !coded->failed; i++) {
         nsdf_input_mesh mesh;
-        status = nsdf_sequence_load(sequence, (uint32_t)((uint64_t)i * all / wanted), &mesh, &error);
+        const uint32_t frame = nsdf_sequence_mesh_frame(sequence, (uint32_t)((uint64_t)i * all / wanted));
+        status = nsdf_sequence_load(sequence, frame, &mesh, &error);
         if (status == NSDF_OK)
             add_original(coded, &mesh);
     }

@@ -99,7 +99,7 @@ static int load(nsdf_surface *surface, const char *path) {
         make_torus(surface, 200, 50);
         return 0;
     }
-    nsdf_status status = nsdf_sequence_open(&sequence, &path, 1, &error);
+    nsdf_status status = nsdf_sequence_open(&sequence, &path, 1, NULL, &error);
     if (status == NSDF_OK)
         status = nsdf_sequence_load(sequence, 0, &mesh, &error);
     if (status == NSDF_OK)

@@ -198,7 +198,7 @@ int main(int argc, char **argv) {
     nsdf_sequence *sequence = NULL;
     nsdf_encoder_error error;
     int result = -1;
-    if (nsdf_sequence_open(&sequence, (const char *const *)(argv + optind), (size_t)(argc - optind), &error))
+    if (nsdf_sequence_open(&sequence, (const char *const *)(argv + optind), (size_t)(argc - optind), NULL, &error))
         failed("input", error.message);
     else
         result = code_sequence(sequence, &r);

@@ -52,6 +52,7 @@ static int leave_folder(void **state) {
         unlink(files[i]);
     }
     unlink("w/list.txt");
+    unlink("w/with 3 blanks 4.obj");
     for (size_t i = 0; i < sizeof folders / sizeof folders[0]; i++) {
         rmdir(folders[i]);
     }
@@ -64,12 +65,12 @@ static void assert_frames(const char *input, const char *wanted) {
     nsdf_sequence *sequence = NULL;
     nsdf_encoder_error error = {NSDF_OK, ""};
     char got[1024] = "";
-    if (nsdf_sequence_open(&sequence, &input, 1, &error) != NSDF_OK) {
+    if (nsdf_sequence_open(&sequence, &input, 1, NULL, &error) != NSDF_OK) {
         fail_msg("%s", error.message);
     }
-    for (uint32_t i = 0; i < nsdf_sequence_frame_count(sequence); i++) {
+    for (uint32_t i = 0; i < nsdf_sequence_mesh_count(sequence); i++) {
         strcat(got, i == 0 ? "" : " ");
-        strcat(got, nsdf_sequence_frame_path(sequence, i));
+        strcat(got, nsdf_sequence_frame_path(sequence, nsdf_sequence_mesh_frame(sequence, i)));
     }
     assert_null(nsdf_sequence_frame_path(sequence, nsdf_sequence_frame_count(sequence)));
     assert_string_equal(got, wanted);
@@ -80,7 +81,7 @@ static void assert_frames(const char *input, const char *wanted) {
 static void assert_failure(const char *input, nsdf_status status, const char *message) {
     nsdf_sequence *sequence = (nsdf_sequence *)&sequence;
     nsdf_encoder_error error = {NSDF_OK, ""};
-    assert_int_equal(nsdf_sequence_open(&sequence, &input, 1, &error), status);
+    assert_int_equal(nsdf_sequence_open(&sequence, &input, 1, NULL, &error), status);
     assert_int_equal(error.status, status);
     assert_string_equal(error.message, message);
     assert_ptr_equal(sequence, &sequence);
@@ -127,10 +128,166 @@ static void inputs_keep_their_order(void **state) {
     (void)state;
     const char *const inputs[2] = {"w/frame10.obj", "p/x%dy.obj"};
     nsdf_sequence *sequence = NULL;
-    assert_int_equal(nsdf_sequence_open(&sequence, inputs, 2, NULL), NSDF_OK);
+    assert_int_equal(nsdf_sequence_open(&sequence, inputs, 2, NULL, NULL), NSDF_OK);
     assert_int_equal(nsdf_sequence_frame_count(sequence), 3);
     assert_string_equal(nsdf_sequence_frame_path(sequence, 0), "w/frame10.obj");
     assert_string_equal(nsdf_sequence_frame_path(sequence, 2), "p/x10y.obj");
+    nsdf_sequence_close(&sequence);
+}
+
+/* ---- Times ---- */
+
+/* The numbers of the frames of files whose names are in `names`, between blanks; all in the folder "t". */
+static void assert_numbers(const char *names, int ignore, const char *wanted, const char *missing) {
+    char paths[8][32], all[256], got[256] = "", text[256];
+    const char *inputs[8];
+    size_t count = 0;
+    snprintf(all, sizeof all, "%s", names);
+    assert_int_equal(mkdir("t", 0700), 0);
+    for (char *name = strtok(all, " "); name != NULL; name = strtok(NULL, " ")) {
+        snprintf(paths[count], sizeof paths[count], "t/%s", name);
+        write_file(paths[count], TRIANGLE);
+        inputs[count] = paths[count];
+        count++;
+    }
+    nsdf_sequence *sequence = NULL;
+    nsdf_sequence_options options;
+    nsdf_encoder_error error;
+    nsdf_sequence_options_init(&options);
+    options.ignore_numbers = ignore;
+    if (nsdf_sequence_open(&sequence, inputs, count, &options, &error) != NSDF_OK) {
+        fail_msg("%s", error.message);
+    }
+    assert_int_equal(nsdf_sequence_mesh_count(sequence), count);
+    assert_int_equal(nsdf_sequence_mesh_frame(sequence, (uint32_t)count), UINT32_MAX);
+    for (uint32_t i = 0; i < count; i++) {
+        const uint32_t frame = nsdf_sequence_mesh_frame(sequence, i);
+        snprintf(got + strlen(got), sizeof got - strlen(got), "%s%u", i > 0 ? " " : "", frame);
+        assert_string_equal(nsdf_sequence_frame_path(sequence, frame), inputs[i]);
+    }
+    assert_string_equal(got, wanted);
+    const uint32_t last = nsdf_sequence_mesh_frame(sequence, (uint32_t)count - 1);
+    assert_int_equal(nsdf_sequence_frame_count(sequence), last + 1);
+    assert_int_equal(nsdf_sequence_missing(sequence, text, sizeof text), last + 1 - count);
+    assert_string_equal(text, missing);
+    nsdf_sequence_close(&sequence);
+    for (size_t i = 0; i < count; i++) {
+        unlink(paths[i]);
+    }
+    assert_int_equal(rmdir("t"), 0);
+}
+
+static void numbers_of_files_tell_their_frames(void **state) {
+    (void)state;
+    assert_numbers("f_0.obj f_1.obj f_3.obj", 0, "0 1 3", "2");
+    assert_numbers("f_0.obj f_1.obj f_3.obj", 1, "0 1 2", "");
+    assert_numbers("f_1007.obj f_1008.obj f_1012.obj f_1013.obj f_1015.obj", 0, "0 1 5 6 8", "1009-1011, 1014");
+    /* Wherever the number is, and with a step that all differences share. */
+    assert_numbers("f_9.v2.obj f_10.v2.obj f_12.v2.obj", 0, "0 1 3", "11");
+    assert_numbers("f_0010.obj f_0020.obj f_0050.obj", 0, "0 1 4", "30-40");
+    assert_numbers("f_1.obj f_9.obj", 0, "0 1", "");
+    /* Names that are not alike follow each other. */
+    assert_numbers("a_0.obj a_2.obj a_3.obj b_7.obj b_8.obj c.obj", 0, "0 2 3 4 5 6", "1");
+    /* Numbers that do not ascend say nothing. */
+    assert_numbers("f_0.obj f_2.obj f_5.obj f_4.obj", 0, "0 1 2 3", "");
+    assert_numbers("f_0.obj f_2.obj f_5.obj f_05.obj", 0, "0 1 2 3", "");
+}
+
+static void numbers_too_far_apart_are_refused(void **state) {
+    (void)state;
+    const char *const inputs[3] = {"t1.obj", "t2.obj", "t4294967297.obj"};
+    nsdf_sequence *sequence = NULL;
+    nsdf_encoder_error error;
+    for (size_t i = 0; i < 3; i++) {
+        write_file(inputs[i], TRIANGLE);
+    }
+    assert_int_equal(nsdf_sequence_open(&sequence, inputs, 3, NULL, &error), NSDF_LIMIT);
+    assert_string_equal(error.message, "t4294967297.obj: its number is too far from that of the first file to count "
+                                       "frames; --numbers ignore takes files one after the other");
+    for (size_t i = 0; i < 3; i++) {
+        unlink(inputs[i]);
+    }
+}
+
+/* Numbers of the frames of w/list.txt at a rate. */
+static void assert_list(const char *text, uint32_t rate_num, uint32_t rate_den, const char *wanted) {
+    const char *input = "w/list.txt";
+    char got[256] = "", missing[32];
+    nsdf_sequence *sequence = NULL;
+    nsdf_sequence_options options;
+    nsdf_encoder_error error;
+    write_file(input, text);
+    nsdf_sequence_options_init(&options);
+    options.rate_num = rate_num;
+    options.rate_den = rate_den;
+    if (nsdf_sequence_open(&sequence, &input, 1, &options, &error) != NSDF_OK) {
+        snprintf(got, sizeof got, "%s", error.message);
+    }
+    for (uint32_t i = 0; i < nsdf_sequence_mesh_count(sequence); i++) {
+        snprintf(got + strlen(got), sizeof got - strlen(got), "%s%u", i > 0 ? " " : "",
+                 nsdf_sequence_mesh_frame(sequence, i));
+    }
+    (void)nsdf_sequence_missing(sequence, missing, sizeof missing);
+    assert_string_equal(missing, "");
+    assert_string_equal(got, wanted);
+    nsdf_sequence_close(&sequence);
+}
+
+static void list_files_may_tell_times(void **state) {
+    (void)state;
+    assert_list("frame1.OBJ 0\nframe2.obj\t0.04\n# c\nframe10.obj  1.6e-1 \n", 25, 1, "0 1 4");
+    /* From the first on, and as near as milliseconds come. */
+    assert_list("frame1.OBJ 10\nframe2.obj 10.033\nframe10.obj 10.1\n", 30000, 1001, "0 1 3");
+    /* Names with blanks and numbers are names. */
+    write_file("w/with 3 blanks 4.obj", TRIANGLE);
+    assert_list("frame2.obj\nwith 3 blanks 4.obj\n", 25, 1, "0 1");
+    assert_list("frame2.obj 0\nwith 3 blanks 4.obj 0.08\n", 25, 1, "0 2");
+    /* Without times, numbers count here too. */
+    assert_list("a_0001.obj\na_02.obj\n", 25, 1, "0 1");
+    assert_list("frame1.OBJ\nframe2.obj\nframe10.obj\n", 25, 1, "0 1 9");
+}
+
+static void times_that_cannot_be_are_refused_by_line(void **state) {
+    (void)state;
+    assert_list("frame1.OBJ 0\nframe2.obj 0.04\nframe10.obj 0.04\n", 25, 1,
+                "w/list.txt:3: the time 0.04 s does not come after 0.04 s in line 2");
+    assert_list("frame1.OBJ 0.2\n\nframe2.obj 0.1\n", 25, 1,
+                "w/list.txt:3: the time 0.1 s does not come after 0.2 s in line 1");
+    assert_list("frame1.OBJ -0.04\n", 25, 1, "w/list.txt:1: the time -0.04 s is negative");
+    assert_list("frame1.OBJ 1e999\n", 25, 1, "w/list.txt:1: the time inf s is not finite");
+    assert_list("frame1.OBJ 0\nframe2.obj\n", 25, 1, "w/list.txt:2: no time, but the lines before it have one");
+    assert_list("frame1.OBJ\nframe2.obj 1\n", 25, 1, "w/list.txt:2: a time, but the lines before it have none");
+    assert_list("frame1.OBJ 0\nframe3.obj 1\n", 25, 1, "w/list.txt:2: no such file 'frame3.obj'");
+    assert_list("frame1.OBJ 0\nframe2.obj 0.05\n", 25, 1,
+                "w/list.txt:2: 0.05 s is not the time of a frame at 25 frames a second; all times fit --fps 20");
+    assert_list("frame1.OBJ 0\nframe2.obj 0.01\nframe10.obj 0.02\n", 10, 1,
+                "w/list.txt:2: 0.01 s is not the time of a frame at 10 frames a second; all times fit --fps 100");
+    assert_list("frame1.OBJ 0\nframe2.obj 0.033\nframe10.obj 0.1\n", 30000, 2001,
+                "w/list.txt:2: 0.033 s is not the time of a frame at 30000/2001 frames a second; all times fit "
+                "--fps 30");
+    assert_list("frame1.OBJ 0\nframe2.obj 0.00021\nframe10.obj 0.1\n", 25, 1,
+                "w/list.txt:2: 0.00021 s is not the time of a frame at 25 frames a second");
+    assert_list("frame1.OBJ 0\nframe2.obj 1e12\n", 25, 1, "w/list.txt:2: 1e+12 s is too late to count frames");
+    write_file("w/list.txt", "frame1.OBJ 0\n");
+    const char *const inputs[2] = {"w/list.txt", "w/frame2.obj"};
+    nsdf_sequence *sequence = NULL;
+    nsdf_encoder_error error;
+    assert_int_equal(nsdf_sequence_open(&sequence, inputs, 2, NULL, &error), NSDF_INVALID_ARGUMENT);
+    assert_string_equal(error.message, "w/list.txt: a list with times must be the only input");
+}
+
+static void frames_without_a_file_cannot_be_loaded(void **state) {
+    (void)state;
+    const char *input = "w/frame*";
+    nsdf_sequence *sequence = NULL;
+    nsdf_input_mesh mesh;
+    nsdf_encoder_error error;
+    assert_int_equal(nsdf_sequence_open(&sequence, &input, 1, NULL, &error), NSDF_OK);
+    assert_int_equal(nsdf_sequence_frame_count(sequence), 10);
+    assert_null(nsdf_sequence_frame_path(sequence, 2));
+    assert_int_equal(nsdf_sequence_load(sequence, 9, &mesh, &error), NSDF_OK);
+    assert_int_equal(nsdf_sequence_load(sequence, 2, &mesh, &error), NSDF_INVALID_ARGUMENT);
+    assert_string_equal(error.message, "the sequence has 10 frames, but frame 2 has no mesh");
     nsdf_sequence_close(&sequence);
 }
 
@@ -144,7 +301,7 @@ static void nothing_found_is_an_error_that_names_what_was_looked_for(void **stat
     assert_failure("w/none.lst", NSDF_IO, "no such file or folder 'w/none.lst'");
     assert_failure("/dev/null", NSDF_IO, "'/dev/null' is neither a regular file nor a folder");
     assert_failure("", NSDF_INVALID_ARGUMENT, "input 1 has no name");
-    assert_int_equal(nsdf_sequence_open(NULL, NULL, 0, NULL), NSDF_INVALID_ARGUMENT);
+    assert_int_equal(nsdf_sequence_open(NULL, NULL, 0, NULL, NULL), NSDF_INVALID_ARGUMENT);
 }
 
 static void list_file_errors_name_the_line(void **state) {
@@ -175,7 +332,7 @@ static void ply_frames_load_beside_obj_frames(void **state) {
     nsdf_sequence *sequence = NULL;
     nsdf_input_mesh mesh = {0};
     nsdf_encoder_error error = {NSDF_OK, ""};
-    assert_int_equal(nsdf_sequence_open(&sequence, inputs, 2, &error), NSDF_OK);
+    assert_int_equal(nsdf_sequence_open(&sequence, inputs, 2, NULL, &error), NSDF_OK);
     assert_int_equal(nsdf_sequence_load(sequence, 1, &mesh, &error), NSDF_CORRUPT);
     assert_string_equal(error.message, "q/b10.ply:1: not a PLY file: expected the line 'ply'");
     write_file("q/b10.ply", "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\n"
@@ -196,7 +353,7 @@ static void frames_load_and_errors_name_file_and_line(void **state) {
     nsdf_sequence *sequence = NULL;
     nsdf_input_mesh mesh = {0};
     nsdf_encoder_error error = {NSDF_OK, ""};
-    assert_int_equal(nsdf_sequence_open(&sequence, inputs, 2, &error), NSDF_OK);
+    assert_int_equal(nsdf_sequence_open(&sequence, inputs, 2, NULL, &error), NSDF_OK);
     assert_int_equal(nsdf_sequence_load(sequence, 0, &mesh, &error), NSDF_OK);
     assert_int_equal(mesh.vertex_count, 3);
     assert_int_equal(mesh.triangle_count, 1);
@@ -274,6 +431,11 @@ int main(void) {
         cmocka_unit_test(list_files_are_relative_to_their_folder),
         cmocka_unit_test(existing_files_are_taken_whatever_their_name),
         cmocka_unit_test(inputs_keep_their_order),
+        cmocka_unit_test(numbers_of_files_tell_their_frames),
+        cmocka_unit_test(numbers_too_far_apart_are_refused),
+        cmocka_unit_test(list_files_may_tell_times),
+        cmocka_unit_test(times_that_cannot_be_are_refused_by_line),
+        cmocka_unit_test(frames_without_a_file_cannot_be_loaded),
         cmocka_unit_test(nothing_found_is_an_error_that_names_what_was_looked_for),
         cmocka_unit_test(list_file_errors_name_the_line),
         cmocka_unit_test(frames_load_and_errors_name_file_and_line),

@@ -11,22 +11,48 @@ extern "C" {
 
 typedef struct nsdf_sequence nsdf_sequence;
 
+typedef struct nsdf_sequence_options {
+    size_t struct_size;          /* set by nsdf_sequence_options_init */
+    uint32_t rate_num, rate_den; /* frames per second, for inputs that tell times in seconds; default 25 / 1 */
+    int ignore_numbers;          /* files follow each other one frame apart, whatever their numbers or times */
+} nsdf_sequence_options;
+
+NSDF_API void nsdf_sequence_options_init(nsdf_sequence_options *options);
+
 /* Expands the inputs, in the order given, each one of:
  *   a folder          every .obj in it, or if there is none every .ply, .stl, .glb or .gltf, the first of these that is
  *                     there; natural order (frame2 before frame10)
  *   a printf pattern  walk_%04d.obj: the numbers that exist, ascending
  *   a glob            "walk_*.obj" (for shells that did not expand it), natural order
- *   a list file       name ends in .txt or .lst: one path a line, relative to the list file; '#' comments, blank lines
- *                     skipped
+ *   a list file       name ends in .txt or .lst: in each line a path, relative to the list file, or a path, blanks and
+ *                     a time in seconds; '#' comments, blank lines skipped
  *   a file            anything else
- * Fails with NSDF_IO (nothing there, cannot be read) or NSDF_CORRUPT (list file) and a message that names the path. */
+ *
+ * Each file is the mesh of a frame.  Frames are numbered in time, from 0 for the first file; numbers may be missing:
+ *   - A list file with times, in all its lines and ascending, is the only input.  Times are counted from the first, and
+ *     are those of frames at the rate of the options, at most a tenth of an interval beside them.
+ *   - Otherwise, files whose names differ in one number are as far apart as their numbers, in steps of the greatest
+ *     common divisor of all such differences (f_10, f_20, f_40: frames 0, 1, 3); files of other names follow each
+ * other.
+ *   - When such numbers do not ascend everywhere, all files follow each other.
+ * Fails with NSDF_IO (nothing there, cannot be read), NSDF_CORRUPT (list file) or NSDF_LIMIT (numbers too far apart),
+ * and a message that names the path. */
 NSDF_API NSDF_MUST_USE nsdf_status nsdf_sequence_open(nsdf_sequence **sequence, const char *const *inputs,
-                                                      size_t input_count, nsdf_encoder_error *error);
+                                                      size_t input_count, const nsdf_sequence_options *options,
+                                                      nsdf_encoder_error *error);
 NSDF_API void nsdf_sequence_close(nsdf_sequence **sequence);
 
+/* The number of the last frame, and 1. */
 NSDF_API uint32_t nsdf_sequence_frame_count(const nsdf_sequence *sequence);
-/* Borrowed until close; NULL when out of range. */
-NSDF_API const char *nsdf_sequence_frame_path(const nsdf_sequence *sequence, uint32_t index);
+/* How many frames have a mesh, and their numbers, ascending; UINT32_MAX when i is out of range. */
+NSDF_API uint32_t nsdf_sequence_mesh_count(const nsdf_sequence *sequence);
+NSDF_API uint32_t nsdf_sequence_mesh_frame(const nsdf_sequence *sequence, uint32_t i);
+/* Borrowed until close; NULL when the frame has no mesh. */
+NSDF_API const char *nsdf_sequence_frame_path(const nsdf_sequence *sequence, uint32_t frame);
+
+/* Names the files that are missing between those that are there, going by their numbers: "3, 8-9", and "..." at the end
+ * where `size` is short.  Returns the number of frames without a mesh; where a list file told their times, no text. */
+NSDF_API uint32_t nsdf_sequence_missing(const nsdf_sequence *sequence, char *text, size_t size);
 
 /* Reads a frame.  The mesh is owned by the sequence, valid until the next load or close.  Errors name file and line:
  * "walk_0003.obj:17: face index 90 is out of range (the file has 88 vertices so far)", or the byte in a binary file:
@@ -34,7 +60,7 @@ NSDF_API const char *nsdf_sequence_frame_path(const nsdf_sequence *sequence, uin
  * vertex and vertex_indices (or vertex_index) of the element face are read.  Polygons are triangulated.  STL is ascii
  * or binary; of glTF and GLB all triangles of the default scene are read where their nodes put them, without animation.
  * NSDF_UNSUPPORTED_FEATURE for glTF where the library was built without it. */
-NSDF_API NSDF_MUST_USE nsdf_status nsdf_sequence_load(nsdf_sequence *sequence, uint32_t index, nsdf_input_mesh *mesh,
+NSDF_API NSDF_MUST_USE nsdf_status nsdf_sequence_load(nsdf_sequence *sequence, uint32_t frame, nsdf_input_mesh *mesh,
                                                       nsdf_encoder_error *error);
 
 #ifdef __cplusplus

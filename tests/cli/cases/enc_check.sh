@@ -22,7 +22,8 @@ mkdir gaps
 for i in 1 2 5 9 10; do cp sphere/dirty_0000.obj "gaps/f_$i.obj"; done
 nsdf-enc --check -q gaps
 nsdf-enc --check=json gaps -o gaps.json
-grep -q '"missing": "3-4, 6-8"' gaps.json || give_up "no missing numbers: $(<gaps.json)"
+grep -q '"missing": "3-4, 6-8", "interpolated": 5' gaps.json || give_up "no missing numbers: $(<gaps.json)"
+grep -q '"frame": 8, "file": "gaps/f_9.obj"' gaps.json || give_up "not frame 8: $(<gaps.json)"
 grep -q '"encodable": true,$' gaps.json || give_up "not encodable: $(<gaps.json)"
 nsdf-enc --check=json bad >bad.json || true
 grep -q '"refused": 1, ' bad.json || give_up "not refused: $(<bad.json)"
