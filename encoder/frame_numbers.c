@@ -103,7 +103,7 @@ static nsdf_status refuse_time(const nsdf_path_list *files, size_t i, const nsdf
         times[k] = files->items[k].seconds - files->items[0].seconds;
     }
     uint32_t rate[2];
-    if (times != NULL && nsdf_fit_rate(times, files->count, rate)) {
+    if (times != NULL && nsdf_fit_rate(times, files->count, 1, rate)) {
         nsdf_rate_text text = nsdf_show_rate(rate[0], rate[1]);
         snprintf(advice, sizeof advice, "; all times fit --fps %s", text.text);
     }

@@ -1,144 +1,141 @@
-/* The library's one file of C++: nothing of it leaves by exceptions. */
+/* The library's C++ calls tinygltf: nothing of it leaves by exceptions. */
 extern "C" {
 #include "gltf_read.h"
 #include "input_error.h"
 }
 
-#include <tiny_gltf.h>
+#include "gltf_model.h"
 
-#include <array>
+#include <algorithm>
 #include <cmath>
-#include <cstring>
 #include <new>
 
+using namespace nsdf_gltf;
+
+struct nsdf_gltf_film {
+    std::string name, note;
+    tinygltf::Model model;
+    std::vector<track> tracks;
+    std::vector<double> keys; /* seconds from `first` */
+    double first = 0.0;
+    bool in_steps = false, ends_held = false;
+};
+
 namespace {
-
-typedef std::array<double, 16> matrix; /* columns one after the other, as in glTF */
-
-const matrix identity = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1};
 
 struct reader {
     const char *name;
     const tinygltf::Model &model;
+    const pose &stance;
     nsdf_file_mesh *mesh;
     nsdf_encoder_error *error;
 };
 
+nsdf_status refuse(const char *name, nsdf_encoder_error *error, const std::string &what) {
+    return nsdf_input_fail(error, NSDF_CORRUPT, "%s: %s", nsdf_show_path(name).text, what.substr(0, 100).c_str());
+}
+
 nsdf_status fail(const reader &r, const char *what) {
-    return nsdf_input_fail(r.error, NSDF_CORRUPT, "%s: %s", nsdf_show_path(r.name).text, what);
+    return refuse(r.name, r.error, what);
 }
 
-matrix multiply(const matrix &a, const matrix &b) {
-    matrix c;
-    for (size_t column = 0; column < 4; column++)
-        for (size_t row = 0; row < 4; row++) {
-            c[4 * column + row] = 0.0;
-            for (size_t k = 0; k < 4; k++)
-                c[4 * column + row] += a[4 * k + row] * b[4 * column + k];
-        }
-    return c;
-}
+/* ---- Vertices ---- */
 
-/* Rotation by a quaternion x, y, z, w. */
-matrix rotate(const std::vector<double> &q) {
-    const double x = q[0], y = q[1], z = q[2], w = q[3];
-    return {1 - 2 * (y * y + z * z),
-            2 * (x * y + z * w),
-            2 * (x * z - y * w),
-            0,
-            2 * (x * y - z * w),
-            1 - 2 * (x * x + z * z),
-            2 * (y * z + x * w),
-            0,
-            2 * (x * z + y * w),
-            2 * (y * z - x * w),
-            1 - 2 * (x * x + y * y),
-            0,
-            0,
-            0,
-            0,
-            1};
-}
-
-matrix local_matrix(const tinygltf::Node &node) {
-    matrix m = identity;
-    if (node.matrix.size() == 16) {
-        std::copy(node.matrix.begin(), node.matrix.end(), m.begin());
-        return m;
+/* Where bones take the vertices of a skin: matrices of its joints. */
+bool find_joints(const reader &r, int skin_index, std::vector<matrix> &joints) {
+    if ((size_t)skin_index >= r.model.skins.size())
+        return false;
+    const tinygltf::Skin &skin = r.model.skins[(size_t)skin_index];
+    std::vector<double> inverse;
+    if (skin.inverseBindMatrices >= 0 &&
+        !read_numbers(r.model, skin.inverseBindMatrices, TINYGLTF_TYPE_MAT4, any_count, inverse))
+        return false;
+    if (!inverse.empty() && inverse.size() < 16 * skin.joints.size())
+        return false;
+    for (size_t i = 0; i < skin.joints.size(); i++) {
+        matrix bind;
+        if (skin.joints[i] < 0 || (size_t)skin.joints[i] >= r.stance.world.size())
+            return false;
+        const matrix &world = r.stance.world[(size_t)skin.joints[i]];
+        if (!inverse.empty())
+            std::copy(inverse.begin() + 16 * (long)i, inverse.begin() + 16 * (long)(i + 1), bind.begin());
+        joints.push_back(inverse.empty() ? world : multiply(world, bind));
     }
-    if (node.rotation.size() == 4)
-        m = rotate(node.rotation);
-    for (size_t column = 0; column < 3 && node.scale.size() == 3; column++)
-        for (size_t row = 0; row < 3; row++)
-            m[4 * column + row] *= node.scale[column];
-    for (size_t row = 0; row < 3 && node.translation.size() == 3; row++)
-        m[12 + row] = node.translation[row];
-    return m;
-}
-
-/* ---- Accessors ---- */
-
-/* Elements of an accessor, whose bytes are checked to be there. */
-struct elements {
-    const unsigned char *data = nullptr;
-    size_t count = 0, stride = 0;
-    int component = 0;
-};
-
-bool find_elements(const tinygltf::Model &model, int index, int type, elements &e) {
-    if (index < 0 || (size_t)index >= model.accessors.size())
-        return false;
-    const tinygltf::Accessor &a = model.accessors[(size_t)index];
-    if (a.type != type || a.sparse.isSparse || a.bufferView < 0 || (size_t)a.bufferView >= model.bufferViews.size())
-        return false;
-    const tinygltf::BufferView &view = model.bufferViews[(size_t)a.bufferView];
-    const int stride = a.ByteStride(view), size = tinygltf::GetComponentSizeInBytes((uint32_t)a.componentType) *
-                                                  tinygltf::GetNumComponentsInType((uint32_t)a.type);
-    if (stride <= 0 || size <= 0 || view.buffer < 0 || (size_t)view.buffer >= model.buffers.size())
-        return false;
-    const std::vector<unsigned char> &bytes = model.buffers[(size_t)view.buffer].data;
-    e.count = a.count;
-    e.stride = (size_t)stride;
-    e.component = a.componentType;
-    if (e.count == 0)
-        return true;
-    if (view.byteOffset > bytes.size() || a.byteOffset > bytes.size() - view.byteOffset)
-        return false;
-    const size_t first = view.byteOffset + a.byteOffset, left = bytes.size() - first;
-    if (left < (size_t)size || (e.count - 1) > (left - (size_t)size) / e.stride)
-        return false;
-    e.data = bytes.data() + first;
     return true;
 }
 
-uint32_t index_at(const elements &e, size_t i) {
-    const unsigned char *at = e.data + i * e.stride;
-    uint32_t wide = 0;
-    uint16_t narrow = 0;
-    if (e.component == TINYGLTF_COMPONENT_TYPE_UNSIGNED_BYTE)
-        return at[0];
-    if (e.component == TINYGLTF_COMPONENT_TYPE_UNSIGNED_SHORT) {
-        std::memcpy(&narrow, at, sizeof narrow);
-        return narrow;
+/* Adds each vertex's share of joints to its matrix. */
+bool add_influences(const reader &r, const tinygltf::Primitive &primitive, const std::string &set,
+                    const std::vector<matrix> &joints, size_t count, std::vector<matrix> &sums,
+                    std::vector<double> &totals) {
+    const auto joint = primitive.attributes.find("JOINTS_" + set), weight = primitive.attributes.find("WEIGHTS_" + set);
+    std::vector<double> which, how_much;
+    if (joint == primitive.attributes.end() || weight == primitive.attributes.end() ||
+        !read_numbers(r.model, joint->second, TINYGLTF_TYPE_VEC4, count, which) ||
+        !read_numbers(r.model, weight->second, TINYGLTF_TYPE_VEC4, count, how_much))
+        return false;
+    for (size_t i = 0; i < 4 * count; i++) {
+        if (how_much[i] == 0.0)
+            continue;
+        if (!(which[i] >= 0.0 && which[i] < (double)joints.size()))
+            return false;
+        const matrix &m = joints[(size_t)which[i]];
+        for (size_t k = 0; k < 16; k++)
+            sums[i / 4][k] += how_much[i] * m[k];
+        totals[i / 4] += how_much[i];
     }
-    std::memcpy(&wide, at, sizeof wide);
-    return wide;
+    return true;
 }
 
-/* ---- Primitives ---- */
+/* A matrix for each vertex; false when the joints or weights are not there. */
+bool blend_joints(const reader &r, const tinygltf::Primitive &primitive, int skin, size_t count,
+                  std::vector<matrix> &blended) {
+    std::vector<matrix> joints;
+    std::vector<double> totals(count, 0.0);
+    const matrix none = {};
+    blended.assign(count, none);
+    if (!find_joints(r, skin, joints))
+        return false;
+    for (size_t set = 0; set == 0 || primitive.attributes.count("JOINTS_" + std::to_string(set)); set++)
+        if (!add_influences(r, primitive, std::to_string(set), joints, count, blended, totals))
+            return false;
+    for (size_t i = 0; i < count; i++)
+        for (size_t k = 0; k < 16 && totals[i] > 0.0; k++)
+            blended[i][k] /= totals[i];
+    return true;
+}
 
-nsdf_status add_vertices(const reader &r, const elements &positions, const matrix &m) {
+/* Adds the morph targets that have a weight; false when they cannot be read. */
+bool morph(const reader &r, const tinygltf::Primitive &primitive, const std::vector<double> &weights,
+           std::vector<double> &positions) {
+    for (size_t t = 0; t < primitive.targets.size() && t < weights.size(); t++) {
+        const auto moved = primitive.targets[t].find("POSITION");
+        std::vector<double> offsets;
+        if (weights[t] == 0.0 || moved == primitive.targets[t].end())
+            continue;
+        if (!read_numbers(r.model, moved->second, TINYGLTF_TYPE_VEC3, positions.size() / 3, offsets))
+            return false;
+        for (size_t i = 0; i < positions.size(); i++)
+            positions[i] += weights[t] * offsets[i];
+    }
+    return true;
+}
+
+nsdf_status add_vertices(const reader &r, const std::vector<double> &positions, const matrix &all,
+                         const std::vector<matrix> &each) {
     nsdf_status status = NSDF_OK;
-    for (size_t i = 0; i < positions.count && status == NSDF_OK; i++) {
-        float p[3];
+    for (size_t i = 0; 3 * i < positions.size() && status == NSDF_OK; i++) {
+        const matrix &m = each.empty() ? all : each[i];
+        const double *p = positions.data() + 3 * i;
         double xyz[3];
-        std::memcpy(p, positions.data + i * positions.stride, sizeof p);
         for (size_t k = 0; k < 3; k++)
-            xyz[k] = m[k] * (double)p[0] + m[4 + k] * (double)p[1] + m[8 + k] * (double)p[2] + m[12 + k];
+            xyz[k] = m[k] * p[0] + m[4 + k] * p[1] + m[8 + k] * p[2] + m[12 + k];
         status = nsdf_file_mesh_add_vertex(r.mesh, xyz, r.name, r.error);
     }
     return status;
 }
+
+/* ---- Triangles ---- */
 
 nsdf_status add_triangle(const reader &r, uint32_t base, size_t vertices, const uint32_t corners[3]) {
     nsdf_corners polygon = {};
@@ -162,22 +159,14 @@ void place_corners(int mode, size_t i, size_t at[3]) {
     at[2] = list ? 3 * i + 2 : fan ? i + 2 : i + 2 - i % 2;
 }
 
-nsdf_status add_primitive(const reader &r, const tinygltf::Primitive &primitive, const matrix &m) {
-    const int mode = primitive.mode < 0 ? TINYGLTF_MODE_TRIANGLES : primitive.mode;
-    const auto position = primitive.attributes.find("POSITION");
-    elements positions, indices;
-    if (mode < TINYGLTF_MODE_TRIANGLES)
-        return NSDF_OK; /* points and lines */
-    if (position == primitive.attributes.end() ||
-        !find_elements(r.model, position->second, TINYGLTF_TYPE_VEC3, positions) ||
-        positions.component != TINYGLTF_COMPONENT_TYPE_FLOAT)
-        return fail(r, "positions that are not a list of three floats each");
+nsdf_status add_triangles(const reader &r, const tinygltf::Primitive &primitive, int mode, uint32_t base,
+                          size_t vertices) {
+    elements indices;
     const bool indexed = primitive.indices >= 0;
     if (indexed && !find_elements(r.model, primitive.indices, TINYGLTF_TYPE_SCALAR, indices))
         return fail(r, "indices that are not there");
-    const uint32_t base = r.mesh->vertex_count;
-    nsdf_status status = add_vertices(r, positions, m);
-    const size_t corners = indexed ? indices.count : positions.count;
+    nsdf_status status = NSDF_OK;
+    const size_t corners = indexed ? indices.count : vertices;
     const size_t count = mode == TINYGLTF_MODE_TRIANGLES ? corners / 3 : corners < 3 ? 0 : corners - 2;
     for (size_t i = 0; i < count && status == NSDF_OK; i++) {
         size_t at[3];
@@ -185,27 +174,58 @@ nsdf_status add_primitive(const reader &r, const tinygltf::Primitive &primitive,
         place_corners(mode, i, at);
         for (int k = 0; k < 3; k++)
             corner[k] = indexed ? index_at(indices, at[k]) : (uint32_t)at[k];
-        status = add_triangle(r, base, positions.count, corner);
+        status = add_triangle(r, base, vertices, corner);
     }
     return status;
 }
 
+nsdf_status add_primitive(const reader &r, const tinygltf::Primitive &primitive, size_t node_index) {
+    const tinygltf::Node &node = r.model.nodes[node_index];
+    const int mode = primitive.mode < 0 ? TINYGLTF_MODE_TRIANGLES : primitive.mode;
+    const auto position = primitive.attributes.find("POSITION");
+    std::vector<double> positions;
+    std::vector<matrix> blended;
+    if (mode < TINYGLTF_MODE_TRIANGLES)
+        return NSDF_OK; /* points and lines */
+    if (position == primitive.attributes.end() ||
+        !read_numbers(r.model, position->second, TINYGLTF_TYPE_VEC3, any_count, positions))
+        return fail(r, "positions that are not a list of three numbers each");
+    const size_t vertices = positions.size() / 3;
+    if (!morph(r, primitive, r.stance.weights[node_index], positions))
+        return fail(r, "morph targets that cannot be read");
+    if (node.skin >= 0 && primitive.attributes.count("JOINTS_0") &&
+        !blend_joints(r, primitive, node.skin, vertices, blended))
+        return fail(r, "a skin whose joints or weights cannot be read");
+    const uint32_t base = r.mesh->vertex_count;
+    const nsdf_status status = add_vertices(r, positions, r.stance.world[node_index], blended);
+    return status == NSDF_OK ? add_triangles(r, primitive, mode, base, vertices) : status;
+}
+
 /* ---- Nodes ---- */
 
-/* No node has itself below it where the depth is at most the number of nodes. */
-nsdf_status add_node(const reader &r, int index, const matrix &above, size_t depth) {
-    if (index < 0 || (size_t)index >= r.model.nodes.size() || depth > r.model.nodes.size() || depth > 256)
+/* Nodes that animations hide have the scale 0. */
+bool is_shrunk(const matrix &m) {
+    for (size_t column = 0; column < 3; column++)
+        for (size_t row = 0; row < 3; row++)
+            if (m[4 * column + row] != 0.0)
+                return false;
+    return true;
+}
+
+/* The pose has made sure that no node has itself below it. */
+nsdf_status add_node(const reader &r, int index, size_t depth) {
+    if (index < 0 || (size_t)index >= r.model.nodes.size() || depth > 256)
         return fail(r, "nodes that are not there, or in a circle");
     const tinygltf::Node &node = r.model.nodes[(size_t)index];
-    const matrix m = multiply(above, local_matrix(node));
     nsdf_status status = NSDF_OK;
-    if (node.mesh >= 0 && (size_t)node.mesh < r.model.meshes.size())
+    const bool shown = node.skin >= 0 || !is_shrunk(r.stance.world[(size_t)index]);
+    if (shown && node.mesh >= 0 && (size_t)node.mesh < r.model.meshes.size())
         for (const tinygltf::Primitive &p : r.model.meshes[(size_t)node.mesh].primitives)
             if (status == NSDF_OK)
-                status = add_primitive(r, p, m);
+                status = add_primitive(r, p, (size_t)index);
     for (int child : node.children)
         if (status == NSDF_OK)
-            status = add_node(r, child, m, depth + 1);
+            status = add_node(r, child, depth + 1);
     return status;
 }
 
@@ -217,9 +237,20 @@ nsdf_status add_scene(const reader &r) {
         return fail(r, "no scene");
     for (int node : r.model.scenes[chosen >= 0 && (size_t)chosen < scenes ? (size_t)chosen : 0].nodes)
         if (status == NSDF_OK)
-            status = add_node(r, node, identity, 0);
-    return status;
+            status = add_node(r, node, 0);
+    return status == NSDF_OK ? nsdf_file_mesh_finish(r.mesh, r.name, r.error) : status;
 }
+
+nsdf_status read_scene(const char *name, const tinygltf::Model &model, const std::vector<track> &tracks, double seconds,
+                       double slack, nsdf_file_mesh *mesh, nsdf_encoder_error *error) {
+    pose stance;
+    const std::string wrong = find_pose(model, tracks, seconds, slack, stance);
+    if (!wrong.empty())
+        return refuse(name, error, wrong);
+    return add_scene({name, model, stance, mesh, error});
+}
+
+/* ---- Files ---- */
 
 /* Textures are of no use here. */
 bool skip_image(tinygltf::Image *, const int, std::string *, std::string *, int, int, const unsigned char *, int,
@@ -227,40 +258,150 @@ bool skip_image(tinygltf::Image *, const int, std::string *, std::string *, int,
     return true;
 }
 
-nsdf_status parse(const char *name, const char *text, size_t size, nsdf_file_mesh *mesh, nsdf_encoder_error *error) {
+/* Extensions that hide meshes from those who do not know them. */
+nsdf_status check_extensions(const char *name, const tinygltf::Model &model, nsdf_encoder_error *error) {
+    static const char *const unknown[] = {"KHR_draco_mesh_compression", "EXT_meshopt_compression",
+                                          "KHR_meshopt_compression", "EXT_mesh_gpu_instancing"};
+    for (const std::string &required : model.extensionsRequired)
+        for (const char *extension : unknown)
+            if (required == extension)
+                return nsdf_input_fail(error, NSDF_UNSUPPORTED_FEATURE, "%s: the extension %s is not supported",
+                                       nsdf_show_path(name).text, extension);
+    return NSDF_OK;
+}
+
+nsdf_status load(const char *name, const char *text, size_t size, tinygltf::Model &model, nsdf_encoder_error *error) {
     tinygltf::TinyGLTF loader;
-    tinygltf::Model model;
     std::string why, warning;
     const std::string path(name), folder = path.substr(0, path.find_last_of('/') + 1);
     loader.SetImageLoader(skip_image, nullptr);
     if (size > UINT32_MAX)
         return nsdf_input_fail(error, NSDF_LIMIT, "%s: too large", nsdf_show_path(name).text);
-    const bool binary = size >= 4 && std::memcmp(text, "glTF", 4) == 0;
+    const bool binary = size >= 4 && std::equal(text, text + 4, "glTF");
     const bool read = binary ? loader.LoadBinaryFromMemory(&model, &why, &warning, (const unsigned char *)text,
                                                            (unsigned)size, folder)
                              : loader.LoadASCIIFromString(&model, &why, &warning, text, (unsigned)size, folder);
-    const reader r = {name, model, mesh, error};
-    if (!read) {
-        const size_t line = why.find_first_of("\r\n");
-        return fail(r, why.empty() ? "not a glTF file" : why.substr(0, line < 100 ? line : 100).c_str());
+    if (!read)
+        return refuse(name, error, why.empty() ? "not a glTF file" : why.substr(0, why.find_first_of("\r\n")));
+    return check_extensions(name, model, error);
+}
+
+nsdf_status parse(const char *name, const char *text, size_t size, nsdf_file_mesh *mesh, nsdf_encoder_error *error) {
+    tinygltf::Model model;
+    const nsdf_status status = load(name, text, size, model, error);
+    return status == NSDF_OK ? read_scene(name, model, {}, 0.0, 0.0, mesh, error) : status;
+}
+
+/* ---- Films ---- */
+
+/* Whether the last key is where the last frame ends: nothing changes there. */
+bool ends_held(const std::vector<track> &tracks, double last) {
+    for (const track &t : tracks) {
+        const size_t n = t.times.size();
+        if (t.between != interpolation::step)
+            return false;
+        if (n > 1 && t.times[n - 1] >= last &&
+            !std::equal(t.values.end() - (long)t.width, t.values.end(), t.values.end() - 2 * (long)t.width))
+            return false;
     }
-    const nsdf_status status = add_scene(r);
-    return status == NSDF_OK ? nsdf_file_mesh_finish(mesh, name, error) : status;
+    return true;
+}
+
+void gather_keys(nsdf_gltf_film &film) {
+    std::vector<double> &keys = film.keys;
+    for (const track &t : film.tracks)
+        keys.insert(keys.end(), t.times.begin(), t.times.end());
+    std::sort(keys.begin(), keys.end());
+    keys.erase(std::unique(keys.begin(), keys.end(), [](double a, double b) { return b - a < 1e-6; }), keys.end());
+    film.first = keys.empty() ? 0.0 : keys.front();
+    film.ends_held = !keys.empty() && ends_held(film.tracks, keys.back());
+    film.in_steps = std::all_of(film.tracks.begin(), film.tracks.end(),
+                                [](const track &t) { return t.between == interpolation::step; });
+    for (double &key : keys)
+        key -= film.first;
+}
+
+/* Takes the first animation in which something moves over some time; the film has no tracks when there is none. */
+std::string take_animation(nsdf_gltf_film &film) {
+    std::string left_out, name;
+    size_t moving = 0;
+    for (const tinygltf::Animation &animation : film.model.animations) {
+        nsdf_gltf_film other;
+        const std::string wrong = read_tracks(film.model, animation, other.tracks, left_out);
+        if (!wrong.empty())
+            return wrong;
+        gather_keys(other);
+        if (other.keys.size() < 2 || moving++ > 0)
+            continue;
+        film.tracks = std::move(other.tracks);
+        name = animation.name;
+    }
+    if (moving > 1)
+        film.note =
+            "it has " + std::to_string(moving) + " animations; the first, '" + name.substr(0, 40) + "', is read";
+    if (!left_out.empty())
+        film.note +=
+            (film.note.empty() ? "" : "; ") + ("the animation of '" + left_out.substr(0, 40)) + "' is left out";
+    gather_keys(film);
+    return "";
+}
+
+nsdf_status open_film(nsdf_gltf_film **film, const char *name, const char *text, size_t size,
+                      nsdf_encoder_error *error) {
+    nsdf_gltf_film own;
+    own.name = name;
+    const nsdf_status status = load(name, text, size, own.model, error);
+    if (status != NSDF_OK)
+        return status;
+    const std::string wrong = take_animation(own);
+    if (!wrong.empty())
+        return refuse(name, error, wrong);
+    *film = own.tracks.empty() ? nullptr : new nsdf_gltf_film(std::move(own));
+    return NSDF_OK;
+}
+
+/* Calls `work`, which may throw, and gives its status. */
+template <typename Work> nsdf_status guard(const char *name, nsdf_encoder_error *error, const Work &work) {
+    try {
+        return work();
+    } catch (const std::bad_alloc &) {
+        return nsdf_input_no_memory(error);
+    } catch (const std::exception &) {
+        return nsdf_input_fail(error, NSDF_CORRUPT, "%s: not a glTF file", nsdf_show_path(name).text);
+    }
 }
 
 } // namespace
 
 extern "C" nsdf_status nsdf_gltf_parse(const char *name, const char *text, size_t size, nsdf_file_mesh *mesh,
                                        nsdf_encoder_error *error) {
-    nsdf_status status = NSDF_NO_MEMORY;
     nsdf_file_mesh_clear(mesh);
-    try {
-        status = parse(name, text, size, mesh, error);
-    } catch (const std::bad_alloc &) {
-        status = nsdf_input_no_memory(error);
-    } catch (const std::exception &) {
-        status = nsdf_input_fail(error, NSDF_CORRUPT, "%s: not a glTF file", nsdf_show_path(name).text);
-    }
+    const nsdf_status status = guard(name, error, [&] { return parse(name, text, size, mesh, error); });
+    if (status != NSDF_OK)
+        mesh->triangle_count = 0;
+    return status;
+}
+
+extern "C" nsdf_status nsdf_gltf_film_open(nsdf_gltf_film **film, const char *name, const char *text, size_t size,
+                                           nsdf_encoder_error *error) {
+    return guard(name, error, [&] { return open_film(film, name, text, size, error); });
+}
+
+extern "C" void nsdf_gltf_film_free(nsdf_gltf_film *film) {
+    delete film;
+}
+
+extern "C" nsdf_gltf_film_info nsdf_gltf_film_describe(const nsdf_gltf_film *film) {
+    return {film->keys.data(), film->keys.size(), film->in_steps, film->ends_held, film->note.c_str()};
+}
+
+extern "C" nsdf_status nsdf_gltf_film_mesh(const nsdf_gltf_film *film, double seconds, double slack,
+                                           nsdf_file_mesh *mesh, nsdf_encoder_error *error) {
+    nsdf_file_mesh_clear(mesh);
+    const char *name = film->name.c_str();
+    const nsdf_status status = guard(name, error, [&] {
+        return read_scene(name, film->model, film->tracks, film->first + seconds, slack, mesh, error);
+    });
     if (status != NSDF_OK)
         mesh->triangle_count = 0;
     return status;

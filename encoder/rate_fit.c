@@ -27,7 +27,12 @@ static bool fits(const double *seconds, size_t count, const uint32_t rate[2], do
     return true;
 }
 
-bool nsdf_fit_rate(const double *seconds, size_t count, uint32_t rate[2]) {
+bool nsdf_fits_closely(const double *seconds, size_t count, uint32_t rate_num, uint32_t rate_den) {
+    const uint32_t rate[2] = {rate_num, rate_den};
+    return fits(seconds, count, rate, closely);
+}
+
+bool nsdf_fit_rate(const double *seconds, size_t count, uint32_t least, uint32_t rate[2]) {
     static const uint32_t usual[][2] = {{1, 1},   {2, 1},   {5, 1},   {6, 1},        {8, 1},   {10, 1},  {12, 1},
                                         {15, 1},  {20, 1},  {24, 1},  {24000, 1001}, {25, 1},  {30, 1},  {30000, 1001},
                                         {48, 1},  {50, 1},  {60, 1},  {60000, 1001}, {72, 1},  {75, 1},  {90, 1},
@@ -36,7 +41,7 @@ bool nsdf_fit_rate(const double *seconds, size_t count, uint32_t rate[2]) {
     const size_t rates = sizeof usual / sizeof usual[0];
     for (size_t i = 0; i < 2 * rates; i++) {
         const uint32_t *tried = usual[i % rates];
-        if (fits(seconds, count, tried, i < rates ? closely : most_beside)) {
+        if (tried[0] >= (uint64_t)least * tried[1] && fits(seconds, count, tried, i < rates ? closely : most_beside)) {
             rate[0] = tried[0];
             rate[1] = tried[1];
             return true;

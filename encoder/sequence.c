@@ -1,9 +1,11 @@
 #include "nsdf/sequence.h"
 
+#include <stdbool.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
+#include "film_frames.h"
 #include "frame_numbers.h"
 #include "input_error.h"
 #include "input_file.h"
@@ -11,7 +13,11 @@
 
 struct nsdf_sequence {
     nsdf_path_list files;
-    uint32_t *numbers;   /* [files.count], of their frames */
+    uint32_t *numbers;    /* [files.count], of their frames */
+    nsdf_gltf_film *film; /* of the one file, or NULL */
+    uint32_t film_frames;
+    uint32_t rate_num, rate_den;
+    char note[256];
     nsdf_file_mesh mesh; /* of the last load */
 };
 
@@ -34,18 +40,57 @@ static nsdf_status expand_inputs(nsdf_sequence *s, const char *const *inputs, si
 
 void nsdf_sequence_options_init(nsdf_sequence_options *options) {
     if (options != NULL) {
-        *options = (nsdf_sequence_options){sizeof *options, 25, 1, 0};
+        *options = (nsdf_sequence_options){sizeof *options, 0, 0, 0};
     }
 }
 
-static nsdf_status open_files(nsdf_sequence *s, const char *const *inputs, size_t count,
-                              const nsdf_sequence_options *options, nsdf_encoder_error *error) {
-    nsdf_status status = expand_inputs(s, inputs, count, error);
-    if (status != NSDF_OK) {
+/* ---- Animations ---- */
+
+static nsdf_status open_film(nsdf_sequence *s, const char *path, nsdf_encoder_error *error) {
+    char *text = NULL, keys[120] = "";
+    size_t size = 0;
+    nsdf_status status = nsdf_input_read(path, &text, &size, error);
+    if (status == NSDF_OK) {
+        status = nsdf_gltf_film_open(&s->film, path, text, size, error);
+        free(text);
+    }
+    if (status != NSDF_OK || s->film == NULL) {
         return status;
     }
+    const nsdf_gltf_film_info info = nsdf_gltf_film_describe(s->film);
+    status = nsdf_film_frames(&info, path, &s->rate_num, &s->rate_den, &s->film_frames, keys, sizeof keys, error);
+    snprintf(s->note, sizeof s->note, "%.120s%s%s", info.note, *info.note != '\0' && *keys != '\0' ? "; " : "", keys);
+    return status;
+}
+
+static nsdf_status load_film(nsdf_sequence *s, uint32_t frame, nsdf_encoder_error *error) {
+    const double interval = (double)s->rate_den / s->rate_num;
+    return nsdf_gltf_film_mesh(s->film, frame * interval, NSDF_FILM_SLACK * interval, &s->mesh, error);
+}
+
+/* ---- Opening ---- */
+
+static bool is_gltf(const char *path) {
+    return nsdf_input_has_suffix(path, ".glb") || nsdf_input_has_suffix(path, ".gltf");
+}
+
+static nsdf_status open_files(nsdf_sequence *s, const char *const *inputs, size_t count, int ignore_numbers,
+                              nsdf_encoder_error *error) {
+    nsdf_status status = expand_inputs(s, inputs, count, error);
+    if (status == NSDF_OK && s->files.count == 1 && is_gltf(s->files.items[0].path)) {
+        status = open_film(s, s->files.items[0].path, error);
+    }
+    if (status != NSDF_OK || s->film != NULL) {
+        return status;
+    }
+    if (s->rate_num == 0) {
+        s->rate_num = 25;
+        s->rate_den = 1;
+    }
     s->numbers = calloc(s->files.count, sizeof *s->numbers);
-    return s->numbers != NULL ? nsdf_number_frames(&s->files, options, s->numbers, error) : nsdf_input_no_memory(error);
+    const nsdf_sequence_options options = {sizeof options, s->rate_num, s->rate_den, ignore_numbers};
+    return s->numbers != NULL ? nsdf_number_frames(&s->files, &options, s->numbers, error)
+                              : nsdf_input_no_memory(error);
 }
 
 nsdf_status nsdf_sequence_open(nsdf_sequence **sequence, const char *const *inputs, size_t input_count,
@@ -56,15 +101,17 @@ nsdf_status nsdf_sequence_open(nsdf_sequence **sequence, const char *const *inpu
     if (sequence == NULL || inputs == NULL || input_count == 0) {
         return nsdf_input_fail(error, NSDF_INVALID_ARGUMENT, "a sequence needs at least one input");
     }
-    if (o->struct_size != sizeof *o || o->rate_num == 0 || o->rate_den == 0) {
+    if (o->struct_size != sizeof *o || (o->rate_num == 0) != (o->rate_den == 0)) {
         return nsdf_input_fail(error, NSDF_INVALID_ARGUMENT,
-                               "options without nsdf_sequence_options_init, or a frame rate of 0");
+                               "options without nsdf_sequence_options_init, or half a frame rate");
     }
     nsdf_sequence *s = calloc(1, sizeof *s);
     if (s == NULL) {
         return nsdf_input_no_memory(error);
     }
-    nsdf_status status = open_files(s, inputs, input_count, o, error);
+    s->rate_num = o->rate_num;
+    s->rate_den = o->rate_den;
+    nsdf_status status = open_files(s, inputs, input_count, o->ignore_numbers, error);
     if (status != NSDF_OK) {
         nsdf_sequence_close(&s);
         return status;
@@ -77,6 +124,7 @@ void nsdf_sequence_close(nsdf_sequence **sequence) {
     if (sequence != NULL && *sequence != NULL) {
         nsdf_path_list_free(&(*sequence)->files);
         nsdf_file_mesh_free(&(*sequence)->mesh);
+        nsdf_gltf_film_free((*sequence)->film);
         free((*sequence)->numbers);
         free(*sequence);
         *sequence = NULL;
@@ -86,16 +134,28 @@ void nsdf_sequence_close(nsdf_sequence **sequence) {
 /* ---- Frames ---- */
 
 uint32_t nsdf_sequence_mesh_count(const nsdf_sequence *sequence) {
-    return sequence != NULL ? (uint32_t)sequence->files.count : 0;
+    return sequence == NULL ? 0 : sequence->film != NULL ? sequence->film_frames : (uint32_t)sequence->files.count;
 }
 
 uint32_t nsdf_sequence_mesh_frame(const nsdf_sequence *sequence, uint32_t i) {
-    return i < nsdf_sequence_mesh_count(sequence) ? sequence->numbers[i] : UINT32_MAX;
+    if (i >= nsdf_sequence_mesh_count(sequence)) {
+        return UINT32_MAX;
+    }
+    return sequence->film != NULL ? i : sequence->numbers[i];
 }
 
 uint32_t nsdf_sequence_frame_count(const nsdf_sequence *sequence) {
     const uint32_t count = nsdf_sequence_mesh_count(sequence);
-    return count > 0 ? sequence->numbers[count - 1] + 1 : 0;
+    return count > 0 ? nsdf_sequence_mesh_frame(sequence, count - 1) + 1 : 0;
+}
+
+void nsdf_sequence_rate(const nsdf_sequence *sequence, uint32_t *rate_num, uint32_t *rate_den) {
+    *rate_num = sequence->rate_num;
+    *rate_den = sequence->rate_den;
+}
+
+const char *nsdf_sequence_note(const nsdf_sequence *sequence) {
+    return sequence->note;
 }
 
 static int compare_numbers(const void *a, const void *b) {
@@ -107,9 +167,21 @@ const char *nsdf_sequence_frame_path(const nsdf_sequence *sequence, uint32_t fra
     if (sequence == NULL) {
         return NULL;
     }
+    if (sequence->film != NULL) {
+        return frame < sequence->film_frames ? sequence->files.items[0].path : NULL;
+    }
     const uint32_t *found =
         bsearch(&frame, sequence->numbers, sequence->files.count, sizeof *sequence->numbers, compare_numbers);
     return found != NULL ? sequence->files.items[found - sequence->numbers].path : NULL;
+}
+
+void nsdf_sequence_name_frame(const nsdf_sequence *sequence, uint32_t frame, char *text, size_t size) {
+    const char *path = nsdf_sequence_frame_path(sequence, frame);
+    if (path != NULL && sequence->film != NULL) {
+        snprintf(text, size, "%s, frame %u", path, frame);
+    } else if (size > 0) {
+        snprintf(text, size, "%s", path != NULL ? path : "");
+    }
 }
 
 /* ---- Missing files ---- */
@@ -130,7 +202,10 @@ uint32_t nsdf_sequence_missing(const nsdf_sequence *sequence, char *text, size_t
     if (size > 0) {
         text[0] = '\0';
     }
-    for (size_t i = 1; i < nsdf_sequence_mesh_count(sequence); i++) {
+    if (sequence == NULL || sequence->film != NULL) {
+        return 0;
+    }
+    for (size_t i = 1; i < sequence->files.count; i++) {
         uint64_t n[2];
         const nsdf_frame_file *files = sequence->files.items;
         const uint32_t gap = sequence->numbers[i] - sequence->numbers[i - 1];
@@ -155,7 +230,8 @@ nsdf_status nsdf_sequence_load(nsdf_sequence *sequence, uint32_t frame, nsdf_inp
                                              : "the sequence has %u frames, there is no frame %u",
                                count, frame);
     }
-    nsdf_status status = nsdf_input_read_mesh(path, &sequence->mesh, error);
+    nsdf_status status =
+        sequence->film != NULL ? load_film(sequence, frame, error) : nsdf_input_read_mesh(path, &sequence->mesh, error);
     if (status == NSDF_OK) {
         *mesh = (nsdf_input_mesh){.positions = sequence->mesh.positions,
                                   .indices = sequence->mesh.indices,

@@ -23,8 +23,11 @@ static int open_meshes(nsdf_sequence **sequence, const cmp_frames *frames, const
         options.rate_num = info.rate_num;
         options.rate_den = info.rate_den;
     }
-    if (nsdf_sequence_open(sequence, &input, 1, &options, &error) == NSDF_OK)
+    if (nsdf_sequence_open(sequence, &input, 1, &options, &error) == NSDF_OK) {
+        if (*nsdf_sequence_note(*sequence))
+            nsdf_cli_warn("%s: %s", input, nsdf_sequence_note(*sequence));
         return NSDF_CLI_SUCCESS;
+    }
     nsdf_cli_error("%s", error.message);
     return NSDF_CLI_FAILURE;
 }
@@ -185,7 +188,7 @@ static int decode(cmp_frames *frames, const cmp_options *o, uint32_t frame, nsdf
 void cmp_frames_name_decoded(const cmp_frames *frames, const cmp_options *o, uint32_t i, char *name, size_t size) {
     const uint32_t frame = frames->chosen.numbers[i];
     if (frames->decoded)
-        snprintf(name, size, "%s", nsdf_sequence_frame_path(frames->decoded, frame));
+        nsdf_sequence_name_frame(frames->decoded, frame, name, size);
     else
         snprintf(name, size, "%s, frame %lu", o->decoded, (unsigned long)frame);
 }

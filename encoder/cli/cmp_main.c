@@ -49,7 +49,7 @@ static void report(const session *s, uint32_t i, const nsdf_encoder_error *error
     char name[512];
     const char *colon = strstr(error->message, ": ");
     if (strncmp(error->message, "reference", 9) == 0)
-        snprintf(name, sizeof name, "%s", nsdf_sequence_frame_path(s->frames.reference, s->frames.chosen.numbers[i]));
+        nsdf_sequence_name_frame(s->frames.reference, s->frames.chosen.numbers[i], name, sizeof name);
     else
         cmp_frames_name_decoded(&s->frames, s->options, i, name, sizeof name);
     nsdf_cli_error("%s: %s", name, colon ? colon + 2 : error->message);
@@ -81,12 +81,12 @@ static int compare_frame(session *s, uint32_t i) {
 }
 
 static void tell_frame(const session *s, uint32_t i) {
-    char name[512];
+    char name[512], reference[512];
     const nsdf_difference *d = &s->differences[i];
     cmp_frames_name_decoded(&s->frames, s->options, i, name, sizeof name);
-    nsdf_cli_verbose("%s, %s: mean %.3g and %.3g, Hausdorff %.3g, world units",
-                     nsdf_sequence_frame_path(s->frames.reference, s->frames.chosen.numbers[i]), name,
-                     d->to_decoded.mean, d->to_reference.mean, d->hausdorff);
+    nsdf_sequence_name_frame(s->frames.reference, s->frames.chosen.numbers[i], reference, sizeof reference);
+    nsdf_cli_verbose("%s, %s: mean %.3g and %.3g, Hausdorff %.3g, world units", reference, name, d->to_decoded.mean,
+                     d->to_reference.mean, d->hausdorff);
 }
 
 static int compare_all(session *s) {

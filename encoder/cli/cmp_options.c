@@ -23,7 +23,7 @@ static const char help_text[] =
     "      --numbers KIND     times (default): frames are as far apart as the numbers of their files; ignore: files "
     "follow\n"
     "                         each other\n"
-    "      --fps F            frames per second, for a list file with times (default: the .nsdf file's, or 25)\n"
+    "      --fps F            frames per second, of times in a list or animated glTF (default: the .nsdf file's)\n"
     "      --common           if the numbers of frames differ, compare those that both have; otherwise that is an "
     "error\n"
     "      --resolution N     at which an .nsdf file is decoded, 2 to 4096 (default: the file's)\n"

@@ -23,30 +23,31 @@ typedef struct {
 /* Returns 1 when the frame can be encoded; otherwise *error says why not. */
 static int check_frame(checker *c, uint32_t frame, nsdf_mesh_report *report, nsdf_encoder_error *error) {
     nsdf_input_mesh mesh;
-    const char *path = nsdf_sequence_frame_path(c->sequence, frame);
     if (nsdf_sequence_load(c->sequence, frame, &mesh, error) != NSDF_OK)
         return 0; /* names the file */
     if (nsdf_encoder_check_mesh(&c->options->encoder, &mesh, report, error) == NSDF_OK)
         return 1;
-    char message[sizeof error->message];
+    char message[sizeof error->message], name[400];
+    nsdf_sequence_name_frame(c->sequence, frame, name, sizeof name);
     memcpy(message, error->message, sizeof message);
-    snprintf(error->message, sizeof error->message, "%.120s: %.110s", path,
+    snprintf(error->message, sizeof error->message, "%.120s: %.110s", name,
              strncmp(message, "frame 0: ", 9) == 0 ? message + 9 : message);
     return 0;
 }
 
 static void print_frame(checker *c, uint32_t frame, const nsdf_mesh_report *report, const nsdf_encoder_error *error) {
-    char wrong[TEXT], done[TEXT];
+    char wrong[TEXT], done[TEXT], name[400];
     if (error) {
         nsdf_cli_file_print(&c->file, "%s: cannot be encoded\n", error->message);
         return;
     }
     enc_name_dirt(report, wrong, sizeof wrong);
     enc_explain_dirt(report, 1, c->options->encoder.shell > 0.0, done, sizeof done);
-    nsdf_cli_file_print(&c->file, "%s: %llu vertices, %llu triangles, %llu piece%s; %s%s%s\n",
-                        nsdf_sequence_frame_path(c->sequence, frame), (unsigned long long)report->vertices,
-                        (unsigned long long)report->triangles, (unsigned long long)report->components,
-                        report->components == 1 ? "" : "s", wrong, *done ? " -> " : "", done);
+    nsdf_sequence_name_frame(c->sequence, frame, name, sizeof name);
+    nsdf_cli_file_print(&c->file, "%s: %llu vertices, %llu triangles, %llu piece%s; %s%s%s\n", name,
+                        (unsigned long long)report->vertices, (unsigned long long)report->triangles,
+                        (unsigned long long)report->components, report->components == 1 ? "" : "s", wrong,
+                        *done ? " -> " : "", done);
 }
 
 static void put_frame(checker *c, uint32_t frame, const nsdf_mesh_report *report, const nsdf_encoder_error *error) {

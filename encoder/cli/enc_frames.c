@@ -48,6 +48,7 @@ uint32_t enc_explain_missing(const nsdf_sequence *sequence, char *text, size_t s
 }
 
 int enc_add_frame(nsdf_encoder *encoder, nsdf_sequence *sequence, uint32_t frame) {
+    char name[400];
     nsdf_input_mesh mesh;
     nsdf_encoder_error error;
     if (nsdf_sequence_load(sequence, frame, &mesh, &error) != NSDF_OK) {
@@ -55,7 +56,8 @@ int enc_add_frame(nsdf_encoder *encoder, nsdf_sequence *sequence, uint32_t frame
         return -1;
     }
     if (nsdf_encoder_add_frame(encoder, frame, &mesh, &error) != NSDF_OK) {
-        nsdf_cli_error("%s: %s", nsdf_sequence_frame_path(sequence, frame), error.message);
+        nsdf_sequence_name_frame(sequence, frame, name, sizeof name);
+        nsdf_cli_error("%s: %s", name, error.message);
         return -1;
     }
     return 0;

@@ -303,21 +303,39 @@ static int encode_sequence(const enc_options *o, nsdf_encoder *encoder, nsdf_seq
     return code;
 }
 
-static int encode_inputs(const enc_options *o, nsdf_encoder *encoder) {
-    nsdf_sequence *sequence = NULL;
+/* Opens the inputs, whose frame rate the options take over.  0, or -1 after printing why. */
+static int open_sequence(enc_options *o, nsdf_sequence **sequence) {
     nsdf_encoder_error error;
     nsdf_sequence_options options;
+    nsdf_sequence_options_init(&options);
+    options.rate_num = o->rate_given ? o->encoder.rate_num : 0;
+    options.rate_den = o->rate_given ? o->encoder.rate_den : 0;
+    options.ignore_numbers = o->ignore_numbers;
+    if (nsdf_sequence_open(sequence, o->inputs, o->input_count, &options, &error) != NSDF_OK) {
+        nsdf_cli_error("%s", error.message);
+        return -1;
+    }
+    nsdf_sequence_rate(*sequence, &o->encoder.rate_num, &o->encoder.rate_den);
+    if (*nsdf_sequence_note(*sequence) && enc_mpi_rank() == 0)
+        nsdf_cli_warn("%s: %s", o->inputs[0], nsdf_sequence_note(*sequence));
+    return 0;
+}
+
+/* A new encoder in place of *encoder.  0, or the exit code after printing what is wrong with the options. */
+static int create_encoder(const enc_options *o, nsdf_encoder **encoder) {
+    nsdf_encoder_error error;
+    nsdf_encoder_close(encoder);
+    return nsdf_encoder_create(encoder, &o->encoder, &error) == NSDF_OK ? 0 : nsdf_cli_usage_error("%s", error.message);
+}
+
+static int encode_inputs(enc_options *o, nsdf_encoder **encoder) {
+    nsdf_sequence *sequence = NULL;
     outputs out;
     init_outputs(&out);
-    nsdf_sequence_options_init(&options);
-    options.rate_num = o->encoder.rate_num;
-    options.rate_den = o->encoder.rate_den;
-    options.ignore_numbers = o->ignore_numbers;
-    if (nsdf_sequence_open(&sequence, o->inputs, o->input_count, &options, &error) != NSDF_OK) {
-        nsdf_cli_error("%s", error.message);
-        return NSDF_CLI_FAILURE;
-    }
-    const int code = encode_sequence(o, encoder, &sequence, &out);
+    int code = open_sequence(o, &sequence) == 0 ? create_encoder(o, encoder) : NSDF_CLI_FAILURE;
+    if (code == 0)
+        code = encode_sequence(o, *encoder, &sequence, &out);
+    nsdf_sequence_close(&sequence);
     drop_outputs(&out);
     nsdf_cli_abort(); /* after success nothing is left to remove */
     return code;
@@ -326,18 +344,18 @@ static int encode_inputs(const enc_options *o, nsdf_encoder *encoder) {
 int main(int argc, char **argv) {
     enc_options options;
     nsdf_encoder *encoder = NULL;
-    nsdf_encoder_error error;
     nsdf_cli_begin("nsdf-enc");
     if (enc_mpi_begin(&argc, &argv) != 0)
         return NSDF_CLI_FAILURE;
-    const int code = enc_options_parse(&options, argc, argv);
+    int code = enc_options_parse(&options, argc, argv);
     if (code >= 0)
         return enc_mpi_end(code);
     nsdf_cli_set_verbosity(options.quiet ? -1 : options.verbose);
-    if (nsdf_encoder_create(&encoder, &options.encoder, &error) != NSDF_OK)
-        return enc_mpi_end(nsdf_cli_usage_error("%s", error.message));
-    nsdf_cli_catch_signals();
-    const int result = encode_inputs(&options, encoder);
+    code = create_encoder(&options, &encoder); /* before the input is looked at */
+    if (code == 0) {
+        nsdf_cli_catch_signals();
+        code = encode_inputs(&options, &encoder);
+    }
     nsdf_encoder_close(&encoder);
-    return enc_mpi_end(result);
+    return enc_mpi_end(code);
 }

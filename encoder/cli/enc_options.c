@@ -14,10 +14,11 @@ static const char help_text[] =
     "Fits a small neural network to the signed distance function of a mesh sequence and writes it as an .nsdf file.\n"
     "INPUT is a folder of OBJ, PLY, STL or glTF frames, a pattern (walk_%04d.obj), a glob (\"walk_*.ply\"), a list "
     "file\n"
-    "(.txt, .lst) or single files.  Connectivity may change from frame to frame.\n"
+    "(.txt, .lst), single files, or an animated glTF file.  Connectivity may change from frame to frame.\n"
     "\n"
     "  -o, --output FILE        file to write\n"
-    "      --fps F              frames per second: 25, 29.97 or 60000/1001 (default 25)\n"
+    "      --fps F              frames per second: 25, 29.97 or 60000/1001 (default 25, or as an animation's\n"
+    "                           keys need)\n"
     "      --numbers KIND       times (default): frames are as far apart as the numbers of their files, and those that "
     "are\n"
     "                           missing are interpolated; ignore: files follow each other\n"
@@ -346,6 +347,7 @@ static int apply_general(enc_options *o, int code, const char *text) {
     case OPT_PRESET:
         return 0; /* read before all others */
     case OPT_FPS:
+        o->rate_given = 1;
         return nsdf_cli_parse_rational(text, &e->rate_num, &e->rate_den) == 0
                    ? 0
                    : bad_value(code, text, "a rate such as 25, 29.97 or 60000/1001");

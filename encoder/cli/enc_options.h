@@ -24,6 +24,7 @@ typedef struct enc_options {
     double checkpoint_every; /* seconds; below 0 when not given */
     const char *frames;      /* list of frames to fit; NULL = all */
     uint32_t frame_step;     /* every so many frames and the last; 0 when not given */
+    int rate_given;          /* by --fps */
     int ignore_numbers;      /* of files, and times of a list */
     double segment;          /* seconds; 0 = all in one, below 0 when not given */
     uint32_t jobs;           /* segments at a time */

@@ -42,6 +42,7 @@ int enc_plan_needed(const enc_options *options, nsdf_sequence *sequence, const n
 /* ---- Making ------------------------------------------------------------------------------------------------- */
 
 static int survey_frame(enc_plan *p, nsdf_survey *survey, uint32_t index) {
+    char name[400];
     nsdf_input_mesh mesh;
     nsdf_encoder_error error;
     if (nsdf_sequence_load(p->sequence, index, &mesh, &error) != NSDF_OK) {
@@ -49,7 +50,8 @@ static int survey_frame(enc_plan *p, nsdf_survey *survey, uint32_t index) {
         return -1;
     }
     if (nsdf_survey_add(survey, index, &mesh, &error) != NSDF_OK) {
-        nsdf_cli_error("%s: %s", nsdf_sequence_frame_path(p->sequence, index), error.message);
+        nsdf_sequence_name_frame(p->sequence, index, name, sizeof name);
+        nsdf_cli_error("%s: %s", name, error.message);
         return -1;
     }
     p->triangles += mesh.triangle_count;
