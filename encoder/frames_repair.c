@@ -23,12 +23,13 @@ typedef struct {
     uint8_t *fault; /* [frame] */
 } context;
 
-static nsdf_repair_rule repair_rule(const nsdf_encoder_options *o, double scale) {
-    if (o->shell > 0.0)
-        return (nsdf_repair_rule){NSDF_SHEETS_ALL, o->shell / scale};
-    if (o->shell < 0.0)
+/* For surfaces that were divided by `scale`, of a sequence with this diagonal. */
+static nsdf_repair_rule repair_rule(double shell, double scale, double diagonal) {
+    if (shell > 0.0)
+        return (nsdf_repair_rule){NSDF_SHEETS_ALL, shell / scale};
+    if (shell < 0.0)
         return (nsdf_repair_rule){NSDF_SHEETS_NONE, 0.0};
-    return (nsdf_repair_rule){NSDF_SHEETS_AUTO, NSDF_AUTO_THICKNESS};
+    return (nsdf_repair_rule){NSDF_SHEETS_AUTO, NSDF_AUTO_THICKNESS * (diagonal / scale)};
 }
 
 static void repair_one(void *data, uint32_t index, uint32_t worker) {
@@ -67,7 +68,7 @@ static int is_cancelled(const nsdf_repair_job *job, double done) {
 
 nsdf_status nsdf_frames_repair(const nsdf_repair_job *job, nsdf_mesh_report *sum, nsdf_encoder_error *error) {
     const uint32_t count = job->frames->count, stretch = 4 * nsdf_workers_count(job->workers);
-    context c = {job, repair_rule(job->options, job->header->scale), 0, calloc(count, 1)};
+    context c = {job, repair_rule(job->options->shell, job->header->scale, job->header->scale), 0, calloc(count, 1)};
     nsdf_status status = c.fault ? NSDF_OK : nsdf_encoder_fail(error, NSDF_NO_MEMORY, "out of memory");
     *sum = (nsdf_mesh_report){0};
     for (uint32_t i = 0; status == NSDF_OK && i < count; i += stretch) {
@@ -163,4 +164,50 @@ nsdf_status nsdf_encoder_check_mesh(const nsdf_encoder_options *options, const n
     if (status == NSDF_OK)
         *report = found;
     return status;
+}
+
+/* Vertices that were there keep their places to the last bit. */
+static nsdf_status copy_repaired(const nsdf_surface *s, const nsdf_file_header *header, const nsdf_input_mesh *mesh,
+                                 nsdf_repaired_mesh *repaired, nsdf_encoder_error *error) {
+    const size_t numbers = 3 * (size_t)s->vertex_count, corners = 3 * (size_t)s->triangle_count;
+    nsdf_repaired_mesh made = {malloc((numbers + 1) * sizeof(double)), malloc((corners + 1) * sizeof(uint32_t)),
+                               s->vertex_count, s->triangle_count};
+    if (!made.positions || !made.indices) {
+        nsdf_repaired_mesh_free(&made);
+        return nsdf_encoder_fail(error, NSDF_NO_MEMORY, "out of memory");
+    }
+    for (size_t i = 0; i < numbers; i++)
+        made.positions[i] = i < 3 * (size_t)mesh->vertex_count
+                                ? mesh->positions[i]
+                                : header->centre[i % 3] + header->scale * (double)s->positions[i];
+    memcpy(made.indices, s->indices, corners * sizeof *made.indices);
+    *repaired = made;
+    return NSDF_OK;
+}
+
+nsdf_status nsdf_encoder_repair_mesh(const nsdf_input_mesh *mesh, double shell, double diagonal,
+                                     nsdf_repaired_mesh *repaired, nsdf_encoder_error *error) {
+    nsdf_frames frames = {0};
+    nsdf_file_header header = {0};
+    if (!mesh || !repaired || !(diagonal > 0.0))
+        return nsdf_encoder_fail(error, NSDF_INVALID_ARGUMENT, "a NULL was given, or no diagonal");
+    nsdf_status status = nsdf_frames_add(&frames, 0, mesh, error);
+    if (status == NSDF_OK)
+        status = nsdf_frames_normalise(&frames, NSDF_DOMAIN_MARGIN, &header, error);
+    if (status == NSDF_OK && !(nsdf_surface_area(&frames.frames[0].surface) > 0.0))
+        status = nsdf_encoder_fail(error, NSDF_INVALID_ARGUMENT, "frame 0 has no area");
+    if (status == NSDF_OK) {
+        const nsdf_repair_rule rule = repair_rule(shell, header.scale, diagonal);
+        status = nsdf_frame_repair(&frames.frames[0], &rule) == 0
+                     ? copy_repaired(&frames.frames[0].surface, &header, mesh, repaired, error)
+                     : nsdf_encoder_fail(error, NSDF_NO_MEMORY, "out of memory");
+    }
+    nsdf_frames_free(&frames);
+    return status;
+}
+
+void nsdf_repaired_mesh_free(nsdf_repaired_mesh *repaired) {
+    free(repaired->positions);
+    free(repaired->indices);
+    memset(repaired, 0, sizeof *repaired);
 }

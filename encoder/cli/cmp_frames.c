@@ -116,6 +116,7 @@ void cmp_frames_close(cmp_frames *frames) {
     nsdf_mesh_free(&frames->mesh);
     nsdf_close(&frames->decoder);
     nsdf_cli_list_free(&frames->chosen);
+    nsdf_repaired_mesh_free(&frames->repaired);
     free(frames->positions);
     frames->positions = NULL;
 }
@@ -193,14 +194,51 @@ void cmp_frames_name_decoded(const cmp_frames *frames, const cmp_options *o, uin
         snprintf(name, size, "%s, frame %lu", o->decoded, (unsigned long)frame);
 }
 
+/* That of the box that the encoder had, or of the reference's. */
+static int find_diagonal(cmp_frames *frames) {
+    nsdf_info info;
+    double square = 0.0;
+    if (frames->decoder && nsdf_get_info(frames->decoder, &info) == NSDF_OK) {
+        frames->diagonal = info.diagonal;
+        return NSDF_CLI_SUCCESS;
+    }
+    const int result = cmp_frames_read_box(frames);
+    for (int k = 0; k < 3; k++)
+        square += (frames->box_max[k] - frames->box_min[k]) * (frames->box_max[k] - frames->box_min[k]);
+    frames->diagonal = sqrt(square);
+    return result;
+}
+
+/* Puts the mesh that is fitted in place of the reference's. */
+static int repair(cmp_frames *frames, const cmp_options *o, uint32_t frame, nsdf_input_mesh *mesh) {
+    nsdf_encoder_error error;
+    char name[400];
+    nsdf_repaired_mesh_free(&frames->repaired);
+    const nsdf_status status = nsdf_encoder_repair_mesh(mesh, o->shell == CMP_SHELL_GIVEN ? o->thickness : 0.0,
+                                                        frames->diagonal, &frames->repaired, &error);
+    if (status != NSDF_OK) {
+        nsdf_sequence_name_frame(frames->reference, frame, name, sizeof name);
+        nsdf_cli_error("%s: %s", name, error.message);
+        return NSDF_CLI_FAILURE;
+    }
+    *mesh = (nsdf_input_mesh){frames->repaired.positions, frames->repaired.indices, frames->repaired.vertex_count,
+                              frames->repaired.triangle_count};
+    return NSDF_CLI_SUCCESS;
+}
+
 int cmp_frames_load(cmp_frames *frames, const cmp_options *o, uint32_t i, nsdf_input_mesh *reference,
                     nsdf_input_mesh *decoded) {
     const uint32_t frame = frames->chosen.numbers[i];
-    int result = load_meshes(frames->reference, frame, reference);
+    int result = o->shell && !(frames->diagonal > 0.0) ? find_diagonal(frames) : NSDF_CLI_SUCCESS;
+    if (result == NSDF_CLI_SUCCESS)
+        result = load_meshes(frames->reference, frame, reference);
     if (result == NSDF_CLI_SUCCESS) {
         extend_box(frames, reference);
-        result = frames->decoded ? load_meshes(frames->decoded, frame, decoded) : decode(frames, o, frame, decoded);
+        if (o->shell)
+            result = repair(frames, o, frame, reference);
     }
+    if (result == NSDF_CLI_SUCCESS)
+        result = frames->decoded ? load_meshes(frames->decoded, frame, decoded) : decode(frames, o, frame, decoded);
     return result;
 }
 

@@ -14,6 +14,8 @@ typedef struct cmp_frames {
     double *positions; /* of the decoded mesh, as doubles */
     size_t capacity;   /* doubles */
     nsdf_cli_list chosen;
+    double diagonal;             /* of the sequence that was encoded, for the thickness of sheets; 0 = not known yet */
+    nsdf_repaired_mesh repaired; /* of the reference */
     double box_min[3], box_max[3]; /* of the reference's frames seen so far */
 } cmp_frames;
 

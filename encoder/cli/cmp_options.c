@@ -28,6 +28,9 @@ static const char help_text[] =
     "error\n"
     "      --resolution N     at which an .nsdf file is decoded, 2 to 4096 (default: the file's)\n"
     "Measuring\n"
+    "      --shell T          REF as nsdf-enc --shell T fits it, open sheets closed bodies of this thickness; auto: "
+    "as\n"
+    "                         without that option; none (default): REF as it is\n"
     "      --samples N        random points on each surface, 1 to 16777216 (default 20000), besides all vertices\n"
     "      --seed N           of the random points (default 1)\n"
     "      --measures LIST    of d1, normals, fmpd, shapes, or none (default: all); distances are always measured\n"
@@ -55,6 +58,7 @@ enum {
     OPT_FPS,
     OPT_COMMON,
     OPT_RESOLUTION,
+    OPT_SHELL,
     OPT_SAMPLES,
     OPT_SEED,
     OPT_MEASURES,
@@ -78,6 +82,7 @@ static const struct option long_options[] = {
     {"fps", required_argument, NULL, OPT_FPS},
     {"common", no_argument, NULL, OPT_COMMON},
     {"resolution", required_argument, NULL, OPT_RESOLUTION},
+    {"shell", required_argument, NULL, OPT_SHELL},
     {"samples", required_argument, NULL, OPT_SAMPLES},
     {"seed", required_argument, NULL, OPT_SEED},
     {"measures", required_argument, NULL, OPT_MEASURES},
@@ -145,8 +150,18 @@ static int set_numbers(cmp_options *o, const char *text) {
     return o->ignore_numbers || strcmp(text, "times") == 0 ? 0 : bad_value("numbers", text, "times or ignore");
 }
 
+static int set_shell(cmp_options *o, const char *text) {
+    const int none = strcmp(text, "none") == 0, automatic = strcmp(text, "auto") == 0;
+    o->shell = none ? CMP_SHELL_NONE : automatic ? CMP_SHELL_AUTO : CMP_SHELL_GIVEN;
+    if (none || automatic || (nsdf_cli_parse_double(text, &o->thickness) == 0 && o->thickness > 0.0))
+        return 0;
+    return bad_value("shell", text, "a thickness above 0, auto or none");
+}
+
 static int apply_measuring(cmp_options *o, int code, const char *text) {
     switch (code) {
+    case OPT_SHELL:
+        return set_shell(o, text);
     case OPT_SAMPLES:
         return set_number("samples", text, 1, 1 << 24, &o->compare.samples);
     case OPT_SEED:

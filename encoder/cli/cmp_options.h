@@ -4,6 +4,9 @@
 
 #include "nsdf/compare.h"
 
+/* What is done about open sheets of the reference. */
+typedef enum cmp_shell { CMP_SHELL_NONE, CMP_SHELL_AUTO, CMP_SHELL_GIVEN } cmp_shell;
+
 typedef enum cmp_format { CMP_TABLE, CMP_CSV, CMP_JSON } cmp_format;
 
 typedef struct cmp_options {
@@ -17,6 +20,8 @@ typedef struct cmp_options {
     uint32_t resolution;         /* 0 = the file's */
     uint32_t rate_num, rate_den; /* of times in seconds; 0 = the file's, or 25 */
     int ignore_numbers;          /* of files */
+    cmp_shell shell;
+    double thickness; /* world units, where it is given */
     cmp_format format;
     int world, common;
     int quiet, verbose;

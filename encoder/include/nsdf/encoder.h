@@ -163,6 +163,20 @@ NSDF_API NSDF_MUST_USE nsdf_status nsdf_encoder_check_mesh(const nsdf_encoder_op
                                                            const nsdf_input_mesh *mesh, nsdf_mesh_report *report,
                                                            nsdf_encoder_error *error);
 
+/* A mesh as it is fitted: the boundary of bodies, as far as repair can make it that. */
+typedef struct nsdf_repaired_mesh {
+    double *positions; /* [vertex_count][3], world units: the vertices that were there, and then others */
+    uint32_t *indices; /* [triangle_count][3] */
+    uint32_t vertex_count, triangle_count;
+} nsdf_repaired_mesh;
+
+/* Repairs a mesh as nsdf_encoder_run does with the option `shell`, in a sequence whose box has this diagonal (world
+ * units, above 0).  *repaired is to be freed with nsdf_repaired_mesh_free.  Fails as nsdf_encoder_add_frame does, and
+ * where the mesh has no area. */
+NSDF_API NSDF_MUST_USE nsdf_status nsdf_encoder_repair_mesh(const nsdf_input_mesh *mesh, double shell, double diagonal,
+                                                            nsdf_repaired_mesh *repaired, nsdf_encoder_error *error);
+NSDF_API void nsdf_repaired_mesh_free(nsdf_repaired_mesh *repaired);
+
 /* Adds the mesh of a nominal frame.  Frame numbers ascend; the first added becomes time 0.  Frames may be left out:
  * the surface is interpolated there. */
 NSDF_API NSDF_MUST_USE nsdf_status nsdf_encoder_add_frame(nsdf_encoder *encoder, uint32_t frame,
