@@ -1,10 +1,11 @@
 #!/usr/bin/env bash
 # Installs what the build and the tests need, on Debian and its relatives; says what is needed elsewhere.
-# usage: install-deps.sh [--clang] [--bench] [--meshlab] [--gltf] [--arm]
+# usage: install-deps.sh [--clang] [--bench] [--meshlab] [--gltf] [--https] [--arm]
 #   --clang     also the second compiler, for scripts/test.sh --all
 #   --bench     also what the programs in tests/bench compare with and draw with
 #   --meshlab   also what the test compare_meshlab compares with
 #   --gltf      also what the test gltf_elsewhere plays glTF files with
+#   --https     also the server of the test cli_dec_https
 #   --arm       also what the test arm builds and runs the decoder for 64-bit ARM with
 set -euo pipefail
 
@@ -20,6 +21,7 @@ for option in "$@"; do
         # npm from elsewhere and Debian's exclude each other
         command -v npm >/dev/null || packages+=(nodejs npm)
         ;;
+    --https) packages+=(nginx-light openssl) ;;
     --arm) packages+=(gcc-aarch64-linux-gnu libc6-dev-arm64-cross qemu-user libcmocka-dev:arm64) ;;
     --bench) packages+=(draco libdraco-dev libopenblas-dev gnuplot-nox) ;;
     *)
@@ -32,7 +34,7 @@ done
 if ! command -v dpkg-query >/dev/null || ! command -v apt-get >/dev/null; then
     echo "install-deps: this is not Debian; please make sure that these are installed:"
     echo "  a C11 compiler, CMake 3.25, Ninja or make, pkg-config, zlib, zstd, cmocka"
-    echo "  for URLs: libcurl 7.85"
+    echo "  for URLs: libcurl 7.85; nginx and openssl for one of its tests"
     echo "  for nsdf-play: GLFW 3.3, OSMesa, libpng, stb, OpenGL headers; for its tests Xvfb and xdotool"
     echo "  for glTF files: a C++ compiler and tinygltf; assimp for its tests"
     echo "  for encoding on many machines: OpenMPI"

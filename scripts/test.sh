@@ -72,7 +72,7 @@ run() {
 if [ "${NSDF_TEST_SKIP_INSTALL:-0}" != 1 ]; then
     say "Packages"
     if [ "$mode" = all ]; then
-        bash "$root/scripts/install-deps.sh" --clang --gltf
+        bash "$root/scripts/install-deps.sh" --clang --gltf --https
     else
         bash "$root/scripts/install-deps.sh"
     fi

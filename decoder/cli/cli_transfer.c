@@ -209,6 +209,19 @@ static void explain_status(nsdf_cli_transfer *t, long status) {
     explain(t, "the server answered with status %ld%s", status, meaning);
 }
 
+/* "SSL certificate problem: self-signed certificate" without what is said already. */
+static void explain_distrust(nsdf_cli_transfer *t) {
+    const char *detail = t->remote->detail, *colon = strstr(detail, ": ");
+    explain(t, "its certificate is not trusted: %.80s (CURL_CA_BUNDLE may name a file of more that are)",
+            colon     ? colon + 2
+            : *detail ? detail
+                      : "no reason given");
+}
+
+static void explain_certificates(nsdf_cli_transfer *t) {
+    explain(t, "cannot read the certificates that CURL_CA_BUNDLE, SSL_CERT_FILE or SSL_CERT_DIR name");
+}
+
 static void explain_code(nsdf_cli_transfer *t, CURLcode code, long status) {
     switch (code) {
     case CURLE_ABORTED_BY_CALLBACK:
@@ -230,6 +243,15 @@ static void explain_code(nsdf_cli_transfer *t, CURLcode code, long status) {
         break;
     case CURLE_HTTP_RETURNED_ERROR:
         explain_status(t, status);
+        break;
+    case CURLE_PEER_FAILED_VERIFICATION:
+        explain_distrust(t);
+        break;
+    case CURLE_SSL_CACERT_BADFILE:
+        explain_certificates(t);
+        break;
+    case CURLE_SSL_CONNECT_ERROR:
+        explain(t, "no secure connection: %.100s", t->remote->detail);
         break;
     default:
         explain(t, "%s", curl_easy_strerror(code));
@@ -341,6 +363,18 @@ static void configure(nsdf_cli_remote *remote, const char *url) {
     curl_easy_setopt(curl, CURLOPT_WRITEFUNCTION, on_body);
     curl_easy_setopt(curl, CURLOPT_NOPROGRESS, 0L);
     curl_easy_setopt(curl, CURLOPT_XFERINFOFUNCTION, on_progress);
+    curl_easy_setopt(curl, CURLOPT_ERRORBUFFER, remote->detail);
+}
+
+/* libcurl leaves this to its programs. */
+static void trust_environment(CURL *curl) {
+    const char *file = getenv("CURL_CA_BUNDLE"), *folder = getenv("SSL_CERT_DIR");
+    if (!file || !*file)
+        file = getenv("SSL_CERT_FILE");
+    if (file && *file)
+        curl_easy_setopt(curl, CURLOPT_CAINFO, file);
+    if (folder && *folder)
+        curl_easy_setopt(curl, CURLOPT_CAPATH, folder);
 }
 
 int nsdf_cli_remote_open(nsdf_cli_remote *remote, const char *url, uint32_t timeout) {
@@ -353,6 +387,7 @@ int nsdf_cli_remote_open(nsdf_cli_remote *remote, const char *url, uint32_t time
         return -1;
     }
     configure(remote, url);
+    trust_environment(remote->curl);
     return 0;
 }
 

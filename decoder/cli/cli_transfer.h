@@ -15,10 +15,13 @@ typedef struct nsdf_cli_remote {
     int whole;        /* the server gives no ranges */
     int size_known;
     uint64_t size;
-    char validator[128]; /* ETag, or else Last-Modified; empty when the server gives none */
+    char detail[CURL_ERROR_SIZE]; /* what libcurl says of the last failure */
+    char validator[128];          /* ETag, or else Last-Modified; empty when the server gives none */
 } nsdf_cli_remote;
 
-/* Connects when the first bytes are asked for.  0, or -1 without memory. */
+/* Connects when the first bytes are asked for; *remote stays where it is until it is closed.  The environment may name
+ * certificates to trust, as for curl: a file in CURL_CA_BUNDLE or SSL_CERT_FILE, a folder in SSL_CERT_DIR.  0, or -1
+ * without memory. */
 int nsdf_cli_remote_open(nsdf_cli_remote *remote, const char *url, uint32_t timeout);
 /* Nothing happens to one that is not open. */
 void nsdf_cli_remote_close(nsdf_cli_remote *remote);

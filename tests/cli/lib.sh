@@ -99,6 +99,48 @@ serve_no_more() {
     wait "$pid"
 }
 
+# serve_tls FOLDER: makes a certificate of its own, ca.pem, for "localhost" and serves the files of FOLDER with it; sets
+# $port.  The case is skipped where there is no nginx or openssl.
+serve_tls() {
+    local folder tries=50
+    folder=$(cd "$1" && pwd)
+    command -v openssl >/dev/null || skip "openssl is not installed"
+    PATH=$PATH:/usr/sbin command -v nginx >/dev/null || skip "nginx is not installed"
+    ! nsdf-dec --info http://127.0.0.1:1/ 2>&1 | grep -q 'without libcurl' || skip "the programs read no URLs"
+    export no_proxy=localhost,127.0.0.1
+    unset CURL_CA_BUNDLE SSL_CERT_FILE SSL_CERT_DIR
+    trap 'kill "$tls_server" 2>/dev/null' EXIT
+    openssl req -x509 -newkey rsa:2048 -nodes -days 2 -subj /CN=localhost -addext subjectAltName=DNS:localhost \
+        -keyout key.pem -out ca.pem 2>/dev/null
+    for port in 14431 24431 34431 44431 54431; do
+        cat >nginx.conf <<END
+daemon off; pid $PWD/nginx.pid; error_log $PWD/nginx.log; worker_processes 1; $([ "$(id -u)" != 0 ] || echo "user root;")
+events {}
+http {
+    access_log $PWD/access.log; client_body_temp_path $PWD; proxy_temp_path $PWD; fastcgi_temp_path $PWD;
+    uwsgi_temp_path $PWD; scgi_temp_path $PWD;
+    server {
+        listen 127.0.0.1:$port ssl; ssl_certificate $PWD/ca.pem; ssl_certificate_key $PWD/key.pem; root $folder;
+    }
+}
+END
+        PATH=$PATH:/usr/sbin nginx -p "$PWD" -c "$PWD/nginx.conf" 2>>nginx.log &
+        tls_server=$!
+        while kill -0 "$tls_server" 2>/dev/null && [ ! -s nginx.pid ] && [ "$tries" -gt 0 ]; do
+            sleep 0.1
+            tries=$((tries - 1))
+        done
+        sleep 0.2
+        ! kill -0 "$tls_server" 2>/dev/null || return 0
+    done
+    give_up "nginx does not start: $(tail -n 1 nginx.log)"
+}
+
+serve_tls_no_more() {
+    kill "$tls_server"
+    wait "$tls_server" || true
+}
+
 # wait_for PID SECONDS: the exit code of the process, or failure when it does not end in time.
 wait_for() {
     local process=$1 tries=$(($2 * 10)) code=0
