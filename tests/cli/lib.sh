@@ -114,7 +114,8 @@ serve_tls() {
         -keyout key.pem -out ca.pem 2>/dev/null
     for port in 14431 24431 34431 44431 54431; do
         cat >nginx.conf <<END
-daemon off; pid $PWD/nginx.pid; error_log $PWD/nginx.log; worker_processes 1; $([ "$(id -u)" != 0 ] || echo "user root;")
+daemon off; pid $PWD/nginx.pid; error_log $PWD/nginx.log; worker_processes 1;
+$([ "$(id -u)" != 0 ] || echo "user root;")
 events {}
 http {
     access_log $PWD/access.log; client_body_temp_path $PWD; proxy_temp_path $PWD; fastcgi_temp_path $PWD;
