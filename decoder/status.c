@@ -31,7 +31,7 @@ const char *nsdf_status_string(nsdf_status status) {
     case NSDF_NOT_NSDF:
         return "Not an NSDF file";
     case NSDF_UNSUPPORTED_VERSION:
-        return "The file's format version is newer than this library";
+        return "The file's format version is not one that this library reads";
     case NSDF_UNSUPPORTED_FEATURE:
         return "The file needs a feature that this library does not have";
     case NSDF_TRUNCATED:

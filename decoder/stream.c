@@ -133,6 +133,10 @@ static nsdf_status read_preamble(nsdf_stream *stream, nsdf_error *error) {
     nsdf_parse parse = nsdf_read_preamble(bytes, size, &stream->version, &fault);
     if (parse == NSDF_PARSE_TRUNCATED)
         return expect_bytes(stream, 0, 0, sizeof bytes, error);
+    if (parse == NSDF_PARSE_VERSION)
+        return nsdf_fail(error, NSDF_UNSUPPORTED_VERSION, 0, fault.offset,
+                         "the file is of bitstream %u.%u, this library reads %u.%u", stream->version.major,
+                         stream->version.minor, NSDF_FORMAT_MAJOR, NSDF_FORMAT_MINOR);
     return parse == NSDF_PARSE_OK ? NSDF_OK : nsdf_fail_parse(error, parse, 0, 0, &fault);
 }
 

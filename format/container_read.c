@@ -33,7 +33,7 @@ nsdf_parse nsdf_read_preamble(const uint8_t *data, size_t size, nsdf_version_fie
         nsdf_cursor_fail(&c, NSDF_PARSE_CHECKSUM, 12, "the CRC-32 of the preamble does not match");
     /* While major is 0 the bitstream is not frozen: minor versions differ without notice. */
     if (c.status == NSDF_PARSE_OK && found.minor != NSDF_FORMAT_MINOR)
-        nsdf_cursor_fail(&c, NSDF_PARSE_VERSION, 10, "a minor version other than 6, while the format is not frozen");
+        nsdf_cursor_fail(&c, NSDF_PARSE_VERSION, 10, "another minor version, while the format is not frozen");
     return nsdf_cursor_finish(&c, fault);
 }
 

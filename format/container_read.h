@@ -10,7 +10,7 @@ typedef enum nsdf_parse {
     NSDF_PARSE_OK = 0,
     NSDF_PARSE_TRUNCATED, /* needs more bytes than there are */
     NSDF_PARSE_NOT_NSDF,  /* signature */
-    NSDF_PARSE_VERSION,   /* newer major version */
+    NSDF_PARSE_VERSION,   /* another version of the format */
     NSDF_PARSE_FEATURE,   /* unknown critical chunk or part kind, or an entropy back end not in this build */
     NSDF_PARSE_CHECKSUM,  /* CRC-32 */
     NSDF_PARSE_CORRUPT,   /* a field's value is forbidden */

@@ -98,7 +98,7 @@ int nsdf_cli_usage_error(const char *format, ...) {
 
 /* Statuses whose messages leave nothing to add. */
 static int is_told_by_message(nsdf_status status) {
-    return status == NSDF_IO || status == NSDF_NOT_NSDF || status == NSDF_LIMIT;
+    return status == NSDF_IO || status == NSDF_NOT_NSDF || status == NSDF_LIMIT || status == NSDF_UNSUPPORTED_VERSION;
 }
 
 void nsdf_cli_nsdf_error(const char *file, const nsdf_error *error) {

@@ -72,7 +72,7 @@ typedef enum nsdf_status {
     NSDF_LIMIT = 21,               /* would need more than a limit in the options allows */
     NSDF_IO = 30,                  /* the file or the read callback failed */
     NSDF_NOT_NSDF = 40,            /* the signature is not that of an .nsdf file */
-    NSDF_UNSUPPORTED_VERSION = 41, /* a newer major version of the format */
+    NSDF_UNSUPPORTED_VERSION = 41, /* another version of the format, newer or older */
     NSDF_UNSUPPORTED_FEATURE = 42, /* an unknown critical chunk or part, or a back end left out of this build */
     NSDF_TRUNCATED = 50,           /* the file ends too early */
     NSDF_CORRUPT = 51,             /* a field has a value that the format forbids */
