@@ -239,6 +239,8 @@ static int encode_segments(const enc_options *o, nsdf_sequence *sequence, const 
     enc_plan plan;
     nsdf_encoder_stats stats;
     int code = refuse_segments(o);
+    if (code == NSDF_CLI_SUCCESS && enc_parts_check(o->output) != 0)
+        code = NSDF_CLI_FAILURE;
     const int planned = code == NSDF_CLI_SUCCESS && enc_plan_make(&plan, o, sequence, list) == 0;
     enc_mpi_announce(planned ? &plan : NULL);
     if (code != NSDF_CLI_SUCCESS)

@@ -139,18 +139,16 @@ static void work(const enc_parts *parts) {
 
 int enc_mpi_serve(const enc_options *options, nsdf_sequence *sequence, const nsdf_cli_list *list) {
     enc_plan plan;
-    enc_parts parts = {&plan, NULL};
+    enc_parts parts = {&plan, NULL, NULL};
     memset(&plan, 0, sizeof plan);
     plan.options = options;
     plan.sequence = sequence;
     plan.list = list;
     const int there = receive_plan(&plan);
-    if (there > 0 && enc_parts_open_temporary(&parts) == 0) {
+    if (there > 0 && enc_parts_open_temporary(&parts, &plan) == 0)
         work(&parts);
-        enc_parts_remove(&parts);
-    } else if (there != 0) {
+    else if (there != 0)
         enc_mpi_note_death(); /* rank 0 finds this rank gone, and does without it */
-    }
     enc_parts_free(&parts);
     enc_plan_free(&plan);
     return there < 0 ? NSDF_CLI_FAILURE : NSDF_CLI_SUCCESS;

@@ -11,37 +11,69 @@
 
 /* ---- Names -------------------------------------------------------------------------------------------------- */
 
-int enc_parts_open(enc_parts *parts, const enc_plan *plan, const char *output) {
+/* "NAME.segments", the caller's to free; NULL after printing why. */
+static char *folder_beside(const char *output) {
     const char *name = strcmp(output, "-") == 0 ? "nsdf-enc" : output;
     const size_t size = strlen(name) + sizeof ".segments";
-    parts->plan = plan;
-    parts->folder = malloc(size);
-    if (!parts->folder) {
+    char *folder = malloc(size);
+    if (folder)
+        snprintf(folder, size, "%s.segments", name);
+    else
         nsdf_cli_error("out of memory");
-        return -1;
-    }
-    snprintf(parts->folder, size, "%s.segments", name);
-    if (mkdir(parts->folder, 0777) == 0 || (errno == EEXIST && nsdf_cli_is_folder(parts->folder)))
-        return 0;
-    nsdf_cli_error("cannot make the folder '%s' for segments: %s", parts->folder, strerror(errno));
+    return folder;
+}
+
+static int refuse_folder(const char *folder, int reason) {
+    nsdf_cli_error("cannot make the folder '%s' for segments: %s", folder, strerror(reason));
     return -1;
 }
 
-int enc_parts_open_temporary(enc_parts *parts) {
+int enc_parts_check(const char *output) {
+    struct stat about;
+    char *folder = folder_beside(output);
+    int result = folder ? 0 : -1;
+    if (folder && stat(folder, &about) == 0 && !S_ISDIR(about.st_mode))
+        result = refuse_folder(folder, EEXIST);
+    free(folder);
+    return result;
+}
+
+int enc_parts_open(enc_parts *parts, const enc_plan *plan, const char *output) {
+    *parts = (enc_parts){plan, folder_beside(output), NULL};
+    if (!parts->folder)
+        return -1;
+    if (mkdir(parts->folder, 0777) == 0 || (errno == EEXIST && nsdf_cli_is_folder(parts->folder)))
+        return 0;
+    return refuse_folder(parts->folder, errno);
+}
+
+int enc_parts_open_temporary(enc_parts *parts, const enc_plan *plan) {
     const char *root = getenv("TMPDIR");
     const size_t size = (root ? strlen(root) : 0) + 64;
-    parts->folder = malloc(size);
-    if (parts->folder)
-        snprintf(parts->folder, size, "%s/nsdf-enc-XXXXXX", root && *root ? root : "/tmp");
-    if (parts->folder && mkdtemp(parts->folder))
-        return 0;
-    nsdf_cli_error("cannot make a folder like '%s': %s", parts->folder ? parts->folder : "", strerror(errno));
-    return -1;
+    char *path = malloc(size);
+    *parts = (enc_parts){plan, NULL, NULL};
+    if (path) {
+        snprintf(path, size, "%s/nsdf-enc-XXXXXX", root && *root ? root : "/tmp");
+        const int file = mkstemp(path);
+        if (file >= 0) {
+            unlink(path);
+            parts->store = fdopen(file, "w+b");
+        }
+    }
+    if (!parts->store)
+        nsdf_cli_error("cannot make a file like '%s': %s", path ? path : "", strerror(errno));
+    else
+        setvbuf(parts->store, NULL, _IONBF, 0); /* another process writes into it */
+    free(path);
+    return parts->store ? 0 : -1;
 }
 
 void enc_parts_free(enc_parts *parts) {
     free(parts->folder);
     parts->folder = NULL;
+    if (parts->store)
+        fclose(parts->store);
+    parts->store = NULL;
 }
 
 /* The path of a segment's file, with the hash of what it was made of in its name; the caller's to free. */
@@ -148,23 +180,42 @@ static int read_whole(FILE *file, long size, enc_part *part) {
                : -1;
 }
 
-int enc_part_read(const enc_parts *parts, uint32_t segment, enc_part *part) {
+static FILE *open_part(const enc_parts *parts, uint32_t segment) {
+    if (parts->store)
+        return parts->store;
     char *path = part_path(parts, segment);
     FILE *file = path ? fopen(path, "rb") : NULL;
+    free(path);
+    return file;
+}
+
+int enc_part_read(const enc_parts *parts, uint32_t segment, enc_part *part) {
+    FILE *file = open_part(parts, segment);
     int result = -1;
     memset(part, 0, sizeof *part);
     if (file && fseek(file, 0, SEEK_END) == 0)
         result = read_whole(file, ftell(file), part);
-    if (file)
+    if (file && file != parts->store)
         fclose(file);
-    free(path);
     if (result != 0)
         enc_part_free(part);
     return result;
 }
 
+/* In place of what was stored before. */
+static int store_part(FILE *store, const enc_part *part) {
+    rewind(store);
+    if (ftruncate(fileno(store), 0) == 0 && fwrite(&part->stats, sizeof part->stats, 1, store) == 1 &&
+        fwrite(part->file, part->size, 1, store) == 1 && fflush(store) == 0)
+        return 0;
+    nsdf_cli_error("cannot keep a segment: %s", strerror(errno));
+    return -1;
+}
+
 int enc_part_write(const enc_parts *parts, uint32_t segment, const enc_part *part) {
     nsdf_cli_file file;
+    if (parts->store)
+        return store_part(parts->store, part);
     char *path = part_path(parts, segment);
     const int opened = path && nsdf_cli_file_open(&file, path) == 0;
     free(path);

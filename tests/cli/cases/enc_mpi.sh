@@ -5,7 +5,8 @@ export OMPI_ALLOW_RUN_AS_ROOT=1 OMPI_ALLOW_RUN_AS_ROOT_CONFIRM=1
 command=(nsdf-enc --blocks 40 --bones 2 --samples 2000 --resolution 24 --threads 1 --steps 300 --batch-points 64
     --segment 0.17 --fps 24)
 nsdf-sample walker --frames 13 --resolution 20 --fps 24 -o frames 2>/dev/null
-mkdir out
+mkdir out tmp
+export TMPDIR=$PWD/tmp
 "${command[@]}" -q -o out/one.nsdf frames
 mpirun --oversubscribe -n 2 "${command[@]}" -q -o out/two.nsdf frames
 same out/one.nsdf out/two.nsdf
@@ -31,6 +32,7 @@ wait "$mpi" || give_up "the ranks that are left do not end well: $(<three.err)"
 grep -q "rank 1 on .* has died" three.err || give_up "says nothing of the death: $(<three.err)"
 same out/one.nsdf out/three.nsdf
 no_leftovers out one.nsdf two.nsdf three.nsdf
+[ -z "$(find tmp -name 'nsdf-enc-*')" ] || give_up "the rank that was killed left $(find tmp -name 'nsdf-enc-*')"
 
 # One fit is rank 0's; wrong usage ends all ranks.
 mpirun --oversubscribe -n 2 nsdf-enc -q "${tiny[@]}" -o out/four.nsdf --fps 24 fixture/frames

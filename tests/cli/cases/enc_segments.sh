@@ -46,6 +46,13 @@ nsdf-enc -q --blocks 40 --bones 2 --samples 2000 --resolution 24 --threads 2 --s
 size=$(stat -c %s out/size.nsdf)
 { [ "$size" -le 9000 ] && [ "$size" -ge 8730 ]; } || give_up "--size 9000 gave $size bytes"
 
+# A file in the place of the folder is told before all frames are looked over.
+cp -r frames worse && echo 'f 1 2 3' >worse/zzz.obj && touch out/x.nsdf.segments
+fails 1 "cannot make the folder 'out/x.nsdf.segments' for segments: File exists" "${command[@]}" -o out/x.nsdf worse
+rm out/x.nsdf.segments
+fails 1 "zzz.obj" "${command[@]}" -o out/x.nsdf worse
+no_leftovers out one.nsdf two.nsdf three.nsdf four.nsdf size.nsdf
+
 fails 2 "needs one fit" nsdf-enc --segment 0.17 --checkpoint out/c -o out/x.nsdf frames
 fails 2 "'-1' is not a number of seconds" nsdf-enc --segment -1 -o out/x.nsdf frames
 fails 2 "'0' is not a number from 1 to 256" nsdf-enc --jobs 0 -o out/x.nsdf frames
