@@ -86,20 +86,23 @@ static nsdf_status expect_room(const nsdf_mux *mux, const nsdf_mux *other, uint3
     return NSDF_OK;
 }
 
+/* Means by frames.  The frame of the join was measured in both files, but for one that is held, which was in none of
+ * `mux`: it counts once, with the mean of `other`. */
 static void join_quality(nsdf_mux *mux, const nsdf_mux *other) {
     nsdf_quality_record *a = &mux->quality;
     const nsdf_quality_record *b = &other->quality;
+    const uint32_t shared = !mux->is_held, more = b->frames > shared ? b->frames - shared : 0;
     mux->has_quality = mux->has_quality && other->has_quality && a->resolution == b->resolution &&
-                       (uint64_t)a->frames + b->frames > 0 && (uint64_t)a->frames + b->frames <= UINT32_MAX;
+                       (uint64_t)a->frames + more > 0 && (uint64_t)a->frames + more <= UINT32_MAX;
     if (!mux->has_quality)
         return;
-    const double n = (double)a->frames + b->frames, share = (double)b->frames / n;
+    const double share = (double)more / ((double)a->frames + more);
     for (int k = 0; k < 2; k++) {
         a->mean[k] += share * (b->mean[k] - a->mean[k]);
         a->rms[k] = sqrt((1.0 - share) * a->rms[k] * a->rms[k] + share * b->rms[k] * b->rms[k]);
         a->max[k] = fmax(a->max[k], b->max[k]);
     }
-    a->frames += b->frames;
+    a->frames += more;
 }
 
 void nsdf_mux_join_box(nsdf_file_header *a, const nsdf_file_header *b) {
@@ -177,6 +180,7 @@ nsdf_status nsdf_mux_append(nsdf_mux *mux, const nsdf_mux *other, uint32_t fade,
     nsdf_mux_join_box(&mux->header, &other->header);
     mux->header.frame_count += other->header.frame_count - 1;
     join_quality(mux, other);
+    mux->is_held = other->is_held;
     return NSDF_OK;
 }
 
@@ -189,6 +193,7 @@ nsdf_status nsdf_mux_hold(nsdf_mux *mux, uint32_t frames, nsdf_encoder_error *er
     last->last_frame += frames;
     last->trail -= (int32_t)frames;
     mux->header.frame_count += frames;
+    mux->is_held |= frames > 0;
     return NSDF_OK;
 }
 

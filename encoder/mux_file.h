@@ -11,6 +11,7 @@ struct nsdf_mux {
     nsdf_buffer *payloads;     /* of the SEGM chunks, [header.segment_count] */
     int has_quality;
     nsdf_quality_record quality;
+    int is_held; /* the last frame was not measured: nsdf_mux_hold made it */
     int has_metadata;
     nsdf_buffer metadata;     /* META's payload */
     nsdf_loose_chunk *others; /* [other_count] */

@@ -5,6 +5,7 @@
 
 #include <cmocka.h>
 
+#include "mux_file.h"
 #include "mux_samples.h"
 
 enum { POINTS = 32 };
@@ -199,6 +200,54 @@ static void test_a_held_frame_stands_still_and_loses_none(void **state) {
     }
 }
 
+static void set_quality(nsdf_mux *mux, double error, uint32_t frames, uint32_t resolution) {
+    mux->has_quality = 1;
+    mux->quality =
+        (nsdf_quality_record){{error, 2 * error}, {error, 2 * error}, {3 * error, 4 * error}, resolution, frames};
+}
+
+/* Joins files of 5 and 9 measured frames after holding the first one's last frame. */
+static nsdf_mux *join_measured(uint32_t held, uint32_t resolution) {
+    made_file file;
+    nsdf_encoder_error error;
+    make_file(&file, 1, MAKE_SPLINE, NSDF_ENTROPY_RANGE, 1);
+    nsdf_mux *a = open_mux(file.data, file.size), *b = open_mux(file.data, file.size);
+    set_quality(a, 1.0, 5, 64);
+    set_quality(b, 3.0, 9, resolution);
+    assert_int_equal(nsdf_mux_hold(a, held, &error), NSDF_OK);
+    assert_int_equal(nsdf_mux_append(a, b, 0, &error), NSDF_OK);
+    nsdf_mux_close(&b);
+    free_file(&file);
+    return a;
+}
+
+static void test_measured_errors_are_joined_by_frames(void **state) {
+    nsdf_quality q;
+    nsdf_encoder_error error;
+    (void)state;
+    nsdf_mux *mux = join_measured(0, 64); /* 5 frames of 1, and 8 of 3: one is shared */
+    assert_int_equal(nsdf_mux_get_quality(mux, &q), NSDF_OK);
+    assert_int_equal(q.frames, 13);
+    assert_int_equal(q.resolution, 64);
+    assert_true(fabs(q.mean_to_decoded - 29.0 / 13.0) < 1e-12);
+    assert_true(fabs(q.mean_to_input - 58.0 / 13.0) < 1e-12);
+    assert_true(fabs(q.rms_to_decoded - sqrt(77.0 / 13.0)) < 1e-12);
+    assert_true(fabs(q.max_to_input - 12.0) < 1e-12);
+    assert_int_equal(nsdf_mux_cut(mux, 0, nsdf_mux_frame_count(mux) - 1, &error), NSDF_OK);
+    assert_int_equal(nsdf_mux_get_quality(mux, &q), NSDF_OK);
+    assert_int_equal(nsdf_mux_cut(mux, 1, 3, &error), NSDF_OK);
+    assert_int_equal(nsdf_mux_get_quality(mux, &q), NSDF_INVALID_ARGUMENT);
+    nsdf_mux_close(&mux);
+    mux = join_measured(1, 64); /* none is shared */
+    assert_int_equal(nsdf_mux_get_quality(mux, &q), NSDF_OK);
+    assert_int_equal(q.frames, 14);
+    assert_true(fabs(q.mean_to_decoded - 32.0 / 14.0) < 1e-12);
+    nsdf_mux_close(&mux);
+    mux = join_measured(0, 65);
+    assert_int_equal(nsdf_mux_get_quality(mux, &q), NSDF_INVALID_ARGUMENT);
+    nsdf_mux_close(&mux);
+}
+
 static void test_files_of_other_boxes_are_refused(void **state) {
     made_file file;
     nsdf_encoder_error error;
@@ -275,6 +324,7 @@ int main(void) {
         cmocka_unit_test(test_what_was_cut_in_two_joins_to_the_same_bytes),
         cmocka_unit_test(test_equal_models_cross_fade_unseen),
         cmocka_unit_test(test_a_held_frame_stands_still_and_loses_none),
+        cmocka_unit_test(test_measured_errors_are_joined_by_frames),
         cmocka_unit_test(test_files_of_other_boxes_are_refused),
         cmocka_unit_test(test_unknown_chunks_stay_with_their_segments),
     };

@@ -43,8 +43,8 @@ enum { NSDF_MUX_FADE = 2 };
  * that reach so far (nsdf_encoder_options.lead and trail, or a cut); 0 = none.  Where `other` goes on with the model
  * that `mux` ends with, because a cut parted them, they become one segment again, unless `fade` says otherwise.  Frame
  * rate, box and domain must be the same: else NSDF_INVALID_ARGUMENT names what differs.  Errors that were measured are
- * put together where both files have them for the same resolution, and left out otherwise; pairs of metadata of `other`
- * are left out. */
+ * put together, means by frames, where both files have them for the same resolution, and left out otherwise; the frame
+ * of the join counts once.  Pairs of metadata of `other` are left out. */
 NSDF_API NSDF_MUST_USE nsdf_status nsdf_mux_append(nsdf_mux *mux, const nsdf_mux *other, uint32_t fade,
                                                    nsdf_encoder_error *error);
 
@@ -52,7 +52,8 @@ NSDF_API NSDF_MUST_USE nsdf_status nsdf_mux_append(nsdf_mux *mux, const nsdf_mux
 NSDF_API NSDF_MUST_USE nsdf_status nsdf_mux_hold(nsdf_mux *mux, uint32_t frames, nsdf_encoder_error *error);
 
 /* Keeps frames first to last, which become 0 to last - first; segments outside go.  A cross-fade that is cut through is
- * made as short as what is left of it.  Measured errors, which were those of all frames, go unless all stay. */
+ * made as short as what is left of it.  Measured errors go unless all frames stay: only those of all frames together
+ * are known. */
 NSDF_API NSDF_MUST_USE nsdf_status nsdf_mux_cut(nsdf_mux *mux, uint32_t first, uint32_t last,
                                                 nsdf_encoder_error *error);
 
