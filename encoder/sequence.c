@@ -18,6 +18,7 @@ struct nsdf_sequence {
     uint32_t film_frames;
     uint32_t rate_num, rate_den;
     char note[256];
+    bool is_shared;      /* all above is another handle's */
     nsdf_file_mesh mesh; /* of the last load */
 };
 
@@ -121,14 +122,33 @@ nsdf_status nsdf_sequence_open(nsdf_sequence **sequence, const char *const *inpu
 }
 
 void nsdf_sequence_close(nsdf_sequence **sequence) {
-    if (sequence != NULL && *sequence != NULL) {
-        nsdf_path_list_free(&(*sequence)->files);
-        nsdf_file_mesh_free(&(*sequence)->mesh);
-        nsdf_gltf_film_free((*sequence)->film);
-        free((*sequence)->numbers);
-        free(*sequence);
-        *sequence = NULL;
+    if (sequence == NULL || *sequence == NULL) {
+        return;
     }
+    nsdf_sequence *s = *sequence;
+    if (!s->is_shared) {
+        nsdf_path_list_free(&s->files);
+        nsdf_gltf_film_free(s->film);
+        free(s->numbers);
+    }
+    nsdf_file_mesh_free(&s->mesh);
+    free(s);
+    *sequence = NULL;
+}
+
+nsdf_status nsdf_sequence_share(const nsdf_sequence *sequence, nsdf_sequence **other, nsdf_encoder_error *error) {
+    if (sequence == NULL || other == NULL) {
+        return nsdf_input_fail(error, NSDF_INVALID_ARGUMENT, "a NULL was given");
+    }
+    nsdf_sequence *s = malloc(sizeof *s);
+    if (s == NULL) {
+        return nsdf_input_no_memory(error);
+    }
+    *s = *sequence;
+    s->is_shared = true;
+    memset(&s->mesh, 0, sizeof s->mesh);
+    *other = s;
+    return NSDF_OK;
 }
 
 /* ---- Frames ---- */

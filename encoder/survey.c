@@ -33,12 +33,16 @@ void nsdf_survey_close(nsdf_survey **survey) {
 
 /* ---- Frames ------------------------------------------------------------------------------------------------- */
 
-static void extend_box(nsdf_survey *s, const nsdf_input_mesh *mesh) {
+static void find_box(const nsdf_input_mesh *mesh, double box_min[3], double box_max[3]) {
+    for (size_t k = 0; k < 3; k++) {
+        box_min[k] = INFINITY;
+        box_max[k] = -INFINITY;
+    }
     for (size_t i = 0; i < 3 * (size_t)mesh->triangle_count; i++)
         for (size_t k = 0; k < 3; k++) {
             const double x = mesh->positions[3 * (size_t)mesh->indices[i] + k];
-            s->box_min[k] = fmin(s->box_min[k], x);
-            s->box_max[k] = fmax(s->box_max[k], x);
+            box_min[k] = fmin(box_min[k], x);
+            box_max[k] = fmax(box_max[k], x);
         }
 }
 
@@ -104,32 +108,53 @@ static uint64_t hash_mesh(const nsdf_input_mesh *mesh) {
     return nsdf_hash64(hash, mesh->indices, 3 * (size_t)mesh->triangle_count * sizeof(uint32_t));
 }
 
-nsdf_status nsdf_survey_add(nsdf_survey *survey, uint32_t frame, const nsdf_input_mesh *mesh,
-                            nsdf_encoder_error *error) {
+nsdf_status nsdf_survey_look(uint32_t frame, const nsdf_input_mesh *mesh, nsdf_frame_look *look,
+                             nsdf_encoder_error *error) {
     char name[32];
-    if (!survey || !mesh)
+    if (!mesh || !look)
         return nsdf_encoder_fail(error, NSDF_INVALID_ARGUMENT, "a NULL was given");
     snprintf(name, sizeof name, "frame %u", frame);
     const nsdf_status status = nsdf_check_mesh(name, mesh, error);
     if (status != NSDF_OK)
         return status;
+    look->triangles = mesh->triangle_count;
+    look->euler = 2 * (int64_t)mesh->vertex_count - mesh->triangle_count;
+    look->hash = hash_mesh(mesh);
+    find_moments(mesh, look->moments);
+    find_box(mesh, look->box_min, look->box_max);
+    return NSDF_OK;
+}
+
+static void extend_box(nsdf_survey *s, const nsdf_frame_look *look) {
+    for (int k = 0; k < 3; k++) {
+        s->box_min[k] = s->count > 0 ? fmin(s->box_min[k], look->box_min[k]) : look->box_min[k];
+        s->box_max[k] = s->count > 0 ? fmax(s->box_max[k], look->box_max[k]) : look->box_max[k];
+    }
+}
+
+nsdf_status nsdf_survey_add_look(nsdf_survey *survey, uint32_t frame, const nsdf_frame_look *look,
+                                 nsdf_encoder_error *error) {
+    if (!survey || !look)
+        return nsdf_encoder_fail(error, NSDF_INVALID_ARGUMENT, "a NULL was given");
     if (survey->count > 0 && frame <= survey->frames[survey->count - 1].number)
         return nsdf_encoder_fail(error, NSDF_INVALID_ARGUMENT, "frame %u was added after frame %u", frame,
                                  survey->frames[survey->count - 1].number);
     if (survey->count == INT32_MAX || grow(survey) != 0)
         return nsdf_encoder_fail(error, NSDF_NO_MEMORY, "out of memory for frame %u", frame);
-    for (int k = 0; survey->count == 0 && k < 3; k++) {
-        survey->box_min[k] = INFINITY;
-        survey->box_max[k] = -INFINITY;
-    }
-    extend_box(survey, mesh);
+    extend_box(survey, look);
     nsdf_seen_frame *seen = &survey->frames[survey->count++];
-    seen->number = frame;
-    seen->triangles = mesh->triangle_count;
-    seen->euler = 2 * (int64_t)mesh->vertex_count - mesh->triangle_count;
-    seen->hash = hash_mesh(mesh);
-    find_moments(mesh, seen->moments);
+    *seen = (nsdf_seen_frame){frame, look->triangles, look->euler, look->hash, {0.0}};
+    memcpy(seen->moments, look->moments, sizeof seen->moments);
     return NSDF_OK;
+}
+
+nsdf_status nsdf_survey_add(nsdf_survey *survey, uint32_t frame, const nsdf_input_mesh *mesh,
+                            nsdf_encoder_error *error) {
+    nsdf_frame_look look;
+    if (!survey)
+        return nsdf_encoder_fail(error, NSDF_INVALID_ARGUMENT, "a NULL was given");
+    const nsdf_status status = nsdf_survey_look(frame, mesh, &look, error);
+    return status == NSDF_OK ? nsdf_survey_add_look(survey, frame, &look, error) : status;
 }
 
 uint32_t nsdf_survey_frame_count(const nsdf_survey *survey) {

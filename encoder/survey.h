@@ -1,17 +1,13 @@
-/* What is remembered of a surveyed frame. */
+/* What is remembered of a surveyed frame: as in nsdf_frame_look. */
 #ifndef NSDF_SURVEY_PRIVATE_H
 #define NSDF_SURVEY_PRIVATE_H
 
 #include "nsdf/survey.h"
 
-enum { NSDF_MOMENTS = 9 };
-
 typedef struct nsdf_seen_frame {
     uint32_t number, triangles;
-    int64_t euler; /* V - F / 2, times 2: changes with the topology of closed meshes */
-    uint64_t hash; /* of the mesh */
-    /* Centroid, and square roots of the second moments about it and of sums of two of them: lengths, world units, that
-     * change as the surface moves. */
+    int64_t euler;
+    uint64_t hash;
     double moments[NSDF_MOMENTS];
 } nsdf_seen_frame;
 

@@ -35,8 +35,8 @@ int enc_mpi_begin(int *argc, char ***argv) {
     int level;
     if (!was_launched())
         return 0;
-    /* Segments are fitted by processes that know nothing of MPI. */
-    if (MPI_Init_thread(argc, argv, MPI_THREAD_SINGLE, &level) != MPI_SUCCESS) {
+    /* Segments are fitted by processes, and frames looked over by threads, that know nothing of MPI. */
+    if (MPI_Init_thread(argc, argv, MPI_THREAD_FUNNELED, &level) != MPI_SUCCESS) {
         nsdf_cli_error("MPI cannot be started");
         return -1;
     }

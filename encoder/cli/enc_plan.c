@@ -1,6 +1,7 @@
 #include "enc_plan.h"
 
 #include "cli_util.h"
+#include "enc_look.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -41,36 +42,6 @@ int enc_plan_needed(const enc_options *options, nsdf_sequence *sequence, const n
 
 /* ---- Making ------------------------------------------------------------------------------------------------- */
 
-static int survey_frame(enc_plan *p, nsdf_survey *survey, uint32_t index) {
-    char name[400];
-    nsdf_input_mesh mesh;
-    nsdf_encoder_error error;
-    if (nsdf_sequence_load(p->sequence, index, &mesh, &error) != NSDF_OK) {
-        nsdf_cli_error("%s", error.message);
-        return -1;
-    }
-    if (nsdf_survey_add(survey, index, &mesh, &error) != NSDF_OK) {
-        nsdf_sequence_name_frame(p->sequence, index, name, sizeof name);
-        nsdf_cli_error("%s: %s", name, error.message);
-        return -1;
-    }
-    p->triangles += mesh.triangle_count;
-    return 0;
-}
-
-static int survey_frames(enc_plan *p, nsdf_survey *survey) {
-    for (uint32_t i = 0; i < p->list->count; i++) {
-        nsdf_cli_progress("looking over frame %u of %u", i + 1, p->list->count);
-        if (survey_frame(p, survey, p->list->numbers[i]) != 0)
-            return -1;
-        if (nsdf_cli_interrupts() > 0) {
-            nsdf_cli_error("interrupted: nothing was written");
-            return -1;
-        }
-    }
-    return 0;
-}
-
 static int take_plan(enc_plan *p, nsdf_survey *survey) {
     nsdf_encoder_error error;
     nsdf_plan_options options;
@@ -109,7 +80,8 @@ int enc_plan_make(enc_plan *plan, const enc_options *options, nsdf_sequence *seq
         nsdf_cli_error("%s", error.message);
         return -1;
     }
-    const int failed = survey_frames(plan, survey) != 0 || take_plan(plan, survey) != 0;
+    const int failed = enc_look_over(survey, sequence, list, options->encoder.threads, &plan->triangles) != 0 ||
+                       take_plan(plan, survey) != 0;
     nsdf_survey_close(&survey);
     return failed ? -1 : 0;
 }

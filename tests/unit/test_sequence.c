@@ -369,6 +369,26 @@ static void frames_load_and_errors_name_file_and_line(void **state) {
     nsdf_sequence_close(NULL);
 }
 
+static void shared_handles_load_for_themselves(void **state) {
+    (void)state;
+    const char *const inputs[2] = {"w/frame2.obj", "q/b10.ply"};
+    nsdf_sequence *sequence = NULL, *other = NULL;
+    nsdf_input_mesh a, b;
+    nsdf_encoder_error error;
+    assert_int_equal(nsdf_sequence_open(&sequence, inputs, 2, NULL, &error), NSDF_OK);
+    assert_int_equal(nsdf_sequence_share(sequence, &other, &error), NSDF_OK);
+    assert_int_equal(nsdf_sequence_frame_count(other), 2);
+    assert_int_equal(nsdf_sequence_load(sequence, 0, &a, &error), NSDF_OK);
+    assert_int_equal(nsdf_sequence_load(other, 1, &b, &error), NSDF_OK);
+    assert_int_equal(a.vertex_count, 3);
+    assert_int_equal(b.vertex_count, 4);
+    assert_true(a.positions[3] == 1.0 && b.positions[3] == 2.0);
+    nsdf_sequence_close(&other);
+    assert_int_equal(nsdf_sequence_load(sequence, 1, &a, &error), NSDF_OK);
+    nsdf_sequence_close(&sequence);
+    assert_int_equal(nsdf_sequence_share(NULL, &other, &error), NSDF_INVALID_ARGUMENT);
+}
+
 static void natural_order_compares_digits_as_numbers(void **state) {
     (void)state;
     static const char *const sorted[] = {"",   "a",   "a-1",   "a1",     "a01", "a1b", "a2",
@@ -440,6 +460,7 @@ int main(void) {
         cmocka_unit_test(list_file_errors_name_the_line),
         cmocka_unit_test(frames_load_and_errors_name_file_and_line),
         cmocka_unit_test(ply_frames_load_beside_obj_frames),
+        cmocka_unit_test(shared_handles_load_for_themselves),
         cmocka_unit_test(natural_order_compares_digits_as_numbers),
         cmocka_unit_test(number_patterns_match_what_printf_would_write),
         cmocka_unit_test(number_patterns_refuse_everything_else),

@@ -47,6 +47,11 @@ NSDF_API void nsdf_sequence_close(nsdf_sequence **sequence);
 
 /* The number of the last frame, and 1. */
 NSDF_API uint32_t nsdf_sequence_frame_count(const nsdf_sequence *sequence);
+/* Another handle on an open sequence, for another thread: its loads and those of the first do not disturb each other.
+ * To be closed before the first. */
+NSDF_API NSDF_MUST_USE nsdf_status nsdf_sequence_share(const nsdf_sequence *sequence, nsdf_sequence **other,
+                                                       nsdf_encoder_error *error);
+
 /* Frames per second: those of the options, or what was chosen for them. */
 NSDF_API void nsdf_sequence_rate(const nsdf_sequence *sequence, uint32_t *rate_num, uint32_t *rate_den);
 /* How many frames have a mesh, and their numbers, ascending; UINT32_MAX when i is out of range. */

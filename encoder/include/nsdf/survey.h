@@ -24,7 +24,26 @@ typedef struct nsdf_survey nsdf_survey;
 NSDF_API NSDF_MUST_USE nsdf_status nsdf_survey_create(nsdf_survey **survey, nsdf_encoder_error *error);
 NSDF_API void nsdf_survey_close(nsdf_survey **survey);
 
-/* Looks at a frame; numbers ascend.  Meshes are judged as by nsdf_encoder_add_frame. */
+enum { NSDF_MOMENTS = 9 };
+
+/* What a survey wants to know of a mesh. */
+typedef struct nsdf_frame_look {
+    uint32_t triangles;
+    int64_t euler; /* V - F / 2, times 2: changes with the topology of closed meshes */
+    uint64_t hash; /* of the mesh */
+    /* Centroid, and square roots of the second moments about it and of sums of two of them: lengths, world units, that
+     * change as the surface moves. */
+    double moments[NSDF_MOMENTS];
+    double box_min[3], box_max[3];
+} nsdf_frame_look;
+
+/* Looks at a mesh; may run in many threads at a time.  Meshes are judged as by nsdf_encoder_add_frame. */
+NSDF_API NSDF_MUST_USE nsdf_status nsdf_survey_look(uint32_t frame, const nsdf_input_mesh *mesh, nsdf_frame_look *look,
+                                                    nsdf_encoder_error *error);
+/* Adds what was found of a frame; numbers ascend. */
+NSDF_API NSDF_MUST_USE nsdf_status nsdf_survey_add_look(nsdf_survey *survey, uint32_t frame,
+                                                        const nsdf_frame_look *look, nsdf_encoder_error *error);
+/* Both in one. */
 NSDF_API NSDF_MUST_USE nsdf_status nsdf_survey_add(nsdf_survey *survey, uint32_t frame, const nsdf_input_mesh *mesh,
                                                    nsdf_encoder_error *error);
 

@@ -9,6 +9,8 @@ segments=$(grep -c 'segment [0-9]* of [0-9]*, frames' one.err)
 no_leftovers out one.nsdf
 "${command[@]}" -q --jobs 2 -o out/two.nsdf frames
 same out/one.nsdf out/two.nsdf
+"${command[@]}" -q --threads 3 -o out/two.nsdf frames
+same out/one.nsdf out/two.nsdf
 nsdf-dec --verify out/one.nsdf >/dev/null
 [ "$(nsdf-dec --info --json out/one.nsdf | grep -c '"start"')" = "$segments" ] || give_up "segments are not in --info"
 
