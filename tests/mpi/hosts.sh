@@ -10,7 +10,7 @@ cd "$2"
 for tool in mpirun ip unshare hostname; do
     command -v "$tool" >/dev/null || { echo "needs $tool" && exit 77; }
 done
-ldd "$bin/nsdf-enc" | grep -q libmpi || { echo "built without MPI" && exit 77; }
+grep -q libmpi <<<"$(ldd "$bin/nsdf-enc")" || { echo "built without MPI" && exit 77; }
 left=nsdf-l$$ right=nsdf-r$$
 clean() {
     ip netns pids "$left" 2>/dev/null | xargs -r kill -KILL || true

@@ -1,6 +1,6 @@
 # Ranks of MPI give the bytes of one process, and so do those that are left when one is killed.
 command -v mpirun >/dev/null || skip "no mpirun"
-ldd "$(command -v nsdf-enc)" | grep -q libmpi || skip "built without MPI"
+grep -q libmpi <<<"$(ldd "$(command -v nsdf-enc)")" || skip "built without MPI"
 export OMPI_ALLOW_RUN_AS_ROOT=1 OMPI_ALLOW_RUN_AS_ROOT_CONFIRM=1
 command=(nsdf-enc --blocks 40 --bones 2 --samples 2000 --resolution 24 --threads 1 --steps 300 --batch-points 64
     --segment 0.17 --fps 24)
