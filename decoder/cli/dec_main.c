@@ -210,6 +210,7 @@ static int run(const dec_options *options) {
     j.input = nsdf_cli_input_open(options->input, options->timeout, &error);
     const int result = j.input ? act(&j, &output) : print_error(options, &error);
     nsdf_cli_input_close(j.input);
+    dec_output_free(&output);
     return result;
 }
 
