@@ -14,8 +14,8 @@ static void put_options(nsdf_cli_file *f, const enc_options *o) {
     const nsdf_encoder_options *e = &o->encoder;
     nsdf_cli_file_print(f, "  \"options\": {\n    \"preset\": ");
     nsdf_cli_file_print_json(f, o->preset);
-    nsdf_cli_file_print(f, ", \"fps\": [%u, %u], \"frame_step\": %u, \"frames\": ", e->rate_num, e->rate_den,
-                        o->frame_step ? o->frame_step : 1);
+    nsdf_cli_file_print(f, ", \"fps\": [%u, %u], \"numbers\": \"%s\", \"frame_step\": %u, \"frames\": ", e->rate_num,
+                        e->rate_den, o->ignore_numbers ? "ignore" : "times", o->frame_step ? o->frame_step : 1);
     nsdf_cli_file_print_json(f, o->frames ? o->frames : "all");
     nsdf_cli_file_print(f, ", \"seed\": %llu, \"threads\": %u,\n", (unsigned long long)e->seed, e->threads);
     nsdf_cli_file_print(f,

@@ -20,7 +20,8 @@ same parts_left_out.nsdf parts.nsdf
 # One line says so; without numbers files follow each other.
 nsdf-enc "${tiny[@]}" --no-verify --fps 24 -o gap.nsdf gap 2>err
 grep -o 'no file .*' err
-"${quick[@]}" --numbers ignore -o close.nsdf gap
+"${quick[@]}" --numbers ignore --report report.json -o close.nsdf gap
+grep -q '"fps": \[24, 1\], "numbers": "ignore"' report.json || give_up "not in the report: $(<report.json)"
 nsdf-dec --info close.nsdf | grep frames
 # Times of a list file.
 printf 'gap/walk_0.obj 0\ngap/walk_1.obj 0.0417\ngap/walk_3.obj 0.125\ngap/walk_4.obj\t0.1667\n' >times.txt
