@@ -11,6 +11,14 @@ export TMPDIR=$PWD/tmp
 mpirun --oversubscribe -n 2 "${command[@]}" -q -o out/two.nsdf frames
 same out/one.nsdf out/two.nsdf
 
+# All ranks know where the frames around a missing file stand.
+cp -r frames gap && rm "gap/$(ls gap | sed -n 6p)"
+"${command[@]}" -q -o out/gap.nsdf gap
+mpirun --oversubscribe -n 2 "${command[@]}" -q -o out/gaps.nsdf gap
+same out/gap.nsdf out/gaps.nsdf
+nsdf-dec --info out/gap.nsdf | grep frames
+rm out/gap.nsdf out/gaps.nsdf
+
 rank_one() {
     local pid
     for pid in $(pgrep -x nsdf-enc); do
