@@ -19,6 +19,8 @@ draco_grid() {
 
 # A few minutes in all on two cores.
 settings_quick() {
+    setting nsdf least --preset fast --blocks 160 --bones 8 --pose-step 1e-3 --coefficient-step 1.6e-3 \
+        --motion-rate 5e-4
     setting nsdf tiny --preset fast --blocks 400 --bones 16 --pose-step 5e-4 --coefficient-step 8e-4 --motion-rate 2e-4
     setting nsdf small --preset fast --blocks 700 --bones 30 --pose-step 2.5e-4 --coefficient-step 5e-4 \
         --motion-rate 7e-5
