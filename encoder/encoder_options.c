@@ -169,6 +169,8 @@ static nsdf_status check_fitting(const nsdf_encoder_options *o, nsdf_encoder_err
         {"shell", o->shell == NSDF_NO_SHELL ? 0.0 : o->shell, 0, 1e30},
         {"loss", (double)o->loss, 0, 2},
         {"loss d0", o->loss_d0, 1e-6, 1e6},
+        {"error for the loss of holes", o->loss_hole_error, 0, 1e9},
+        {"loss of holes", o->loss_hole > 0.0 ? o->loss_hole : 1.0 + o->loss_hole, 1, 1e3},
         {"loss delta", o->loss_delta, 0, 10},
         {"loss slope", o->loss_slope, 1e-3, 1e9},
         {"steps", (double)o->steps, 1, 1e12},

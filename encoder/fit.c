@@ -116,7 +116,7 @@ static int create_state(state *s, const nsdf_fit_job *job, float *parameters, ns
     s->began = nsdf_clock();
     nsdf_budget_start(&s->budget, job->deadline, o->steps);
     s->kernels = nsdf_fit_kernels_select();
-    s->loss = (nsdf_loss_params){o->loss, (float)o->loss_d0, (float)o->loss_delta, (float)o->loss_slope};
+    s->loss = (nsdf_loss_params){o->loss, (float)o->loss_d0, (float)o->loss_delta, (float)o->loss_slope, 1.0f};
     s->random = nsdf_random_start(o->seed, 2);
     s->cursor = calloc(job->frame_count, sizeof *s->cursor);
     s->stray = calloc(job->frame_count, sizeof *s->stray);
@@ -231,8 +231,15 @@ static void gather(state *s) {
     s->near_error = s->near_error > 0.0 ? 0.99 * s->near_error + 0.01 * mean : mean;
 }
 
+/* As long as all is off by more than a sheet is thick, weighing holes would only make it thick. */
+static float hole_weight(const nsdf_encoder_options *o, double near_error) {
+    const int soon = o->loss_hole_error > 0.0 && !(near_error > 0.0 && near_error < o->loss_hole_error);
+    return soon ? 1.0f : (float)o->loss_hole;
+}
+
 static void one_step(state *s, float *parameters, double rate, int rounding) {
     const nsdf_encoder_options *o = s->job->options;
+    s->loss.hole = hole_weight(o, s->near_error);
     s->active = parameters;
     if (rounding) {
         nsdf_round_parameters(s->job->model, parameters, s->rounded);

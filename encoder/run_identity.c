@@ -51,6 +51,8 @@ static const nsdf_option_field fields[] = {
     FIELD("optimiser", optimiser, 1),
     FIELD("loss", loss, 1),
     FIELD("loss d0", loss_d0, 1),
+    FIELD("loss of holes", loss_hole, 1),
+    FIELD("error for the loss of holes", loss_hole_error, 1),
     FIELD("loss delta", loss_delta, 1),
     FIELD("loss slope", loss_slope, 1),
     FIELD("steps", steps, 1),

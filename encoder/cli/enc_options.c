@@ -63,7 +63,7 @@ static const char help_text[] =
     "      --knot-spacing F     frames per spline knot;  --rank N  rank of low-rank tensors\n"
     "      --omega F            frequency of the first sine layer;  --omega-hidden F  of the others\n"
     "      --fourier-features N rows of B;  --fourier-sigma F  their deviation;  --fourier-trained  fit and store B\n"
-    "Moving blocks, the default instead of the network; its options choose that, and so do sheets:\n"
+    "Moving blocks, the default instead of the network; its options choose that, and so do sheets and growth:\n"
     "      --blocks K           how many; 0 = the network\n"
     "      --block-overlap F    how many hold a point of the surface; or --block-radius F, fraction of the diagonal\n"
     "      --bones N            that move them;  --block-knot-spacing F  frames per control point of their motion\n"
@@ -78,6 +78,7 @@ static const char help_text[] =
     "      --hard-samples Y     on or off: for networks, more samples where the error is and where surface is astray\n"
     "Fitting (thesis 4.1, 4.2):\n"
     "      --loss KIND          weighted, mae or surface;  --loss-d0 F;  --delta F, --slope F of the surface loss\n"
+    "      --loss-hole F        weight of what is inside and came out outside (default: 1, of sheets 4)\n"
     "      --optimiser KIND     muon or adam: of networks;  --steps N;  --learning-rate F\n"
     "      --batch-frames N     frames per step;  --batch-points N  points of each\n"
     "Coding (thesis 4.3):\n"
@@ -145,6 +146,7 @@ enum {
     OPT_OPTIMISER,
     OPT_LOSS,
     OPT_LOSS_D0,
+    OPT_LOSS_HOLE,
     OPT_DELTA,
     OPT_SLOPE,
     OPT_STEPS,
@@ -216,6 +218,7 @@ static const struct option long_options[] = {
     {"optimiser", required_argument, NULL, OPT_OPTIMISER},
     {"loss", required_argument, NULL, OPT_LOSS},
     {"loss-d0", required_argument, NULL, OPT_LOSS_D0},
+    {"loss-hole", required_argument, NULL, OPT_LOSS_HOLE},
     {"delta", required_argument, NULL, OPT_DELTA},
     {"slope", required_argument, NULL, OPT_SLOPE},
     {"steps", required_argument, NULL, OPT_STEPS},
@@ -514,6 +517,8 @@ static int apply_fitting(nsdf_encoder_options *e, int code, const char *text) {
         return failed;
     case OPT_LOSS_D0:
         return set_double(code, text, &e->loss_d0);
+    case OPT_LOSS_HOLE:
+        return set_double(code, text, &e->loss_hole);
     case OPT_DELTA:
         return set_double(code, text, &e->loss_delta);
     case OPT_SLOPE:

@@ -58,7 +58,7 @@ static double flop_a_sample(const nsdf_model *model) {
 static void run_fit(void *data) {
     subject *s = data;
     const nsdf_fit_points points = {s->x, s->y, s->z, s->d, POINTS, 0.0f};
-    const nsdf_loss_params loss = {NSDF_LOSS_WEIGHTED_MAE, 0.02f, 0.01f, 1.0f};
+    const nsdf_loss_params loss = {NSDF_LOSS_WEIGHTED_MAE, 0.02f, 0.01f, 1.0f, 1.0f};
     nsdf_fit_sums sums = {0, 0, 0};
     nsdf_fit_backward(&s->model, s->kernels, s->scratch, s->composed, &points, &loss, 1e-4f, s->gradient, NULL, &sums);
 }

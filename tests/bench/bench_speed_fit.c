@@ -92,7 +92,7 @@ static void fit_slot(void *data, uint32_t index, uint32_t worker) {
     const job *j = data;
     const subject *s = j->subject;
     const nsdf_fit_points points = {s->x, s->y, s->z, s->d, POINTS, 0.0f};
-    const nsdf_loss_params loss = {NSDF_LOSS_WEIGHTED_MAE, 0.02f, 0.01f, 1.0f};
+    const nsdf_loss_params loss = {NSDF_LOSS_WEIGHTED_MAE, 0.02f, 0.01f, 1.0f, 1.0f};
     nsdf_fit_sums sums = {0, 0, 0};
     nsdf_fit_backward(&s->model, j->kernels, s->scratch[worker], s->composed, &points, &loss, 1e-4f,
                       s->gradient + index * s->model.composed_size, NULL, &sums);

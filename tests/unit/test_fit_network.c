@@ -11,7 +11,7 @@
 #include "quantise_model.h"
 
 enum { FRAMES = 9, LAYERS = 3, WIDTH = 9, MAX_SETS = 3 };
-static const nsdf_loss_params mae = {NSDF_LOSS_MAE, 0.02f, 0.01f, 200.0f};
+static const nsdf_loss_params mae = {NSDF_LOSS_MAE, 0.02f, 0.01f, 200.0f, 1.0f};
 
 static int list_sets(const nsdf_fit_kernels *sets[MAX_SETS]) {
     const nsdf_fit_kernels *best = nsdf_fit_kernels_select();
@@ -200,7 +200,7 @@ static void check_gradient(int kind, const nsdf_fit_kernels *kernels, const nsdf
 }
 
 static void test_gradients_match_finite_differences(void **state) {
-    const nsdf_loss_params weighted = {NSDF_LOSS_WEIGHTED_MAE, 0.2f, 0.01f, 200.0f};
+    const nsdf_loss_params weighted = {NSDF_LOSS_WEIGHTED_MAE, 0.2f, 0.01f, 200.0f, 3.0f};
     const nsdf_fit_kernels *sets[MAX_SETS];
     const int set_count = list_sets(sets);
     static const int constant_kinds[] = {0, 1, 6, 7, 8, 9, 10, 11};
@@ -269,7 +269,7 @@ static void test_near_error_counts_points_near_the_surface_only(void **state) {
 /* More points than the network is evaluated for at once, and not a multiple of it. */
 static void test_the_loss_of_every_point_is_given(void **state) {
     enum { COUNT = 1100 };
-    const nsdf_loss_params weighted = {NSDF_LOSS_WEIGHTED_MAE, 0.2f, 0.01f, 200.0f};
+    const nsdf_loss_params weighted = {NSDF_LOSS_WEIGHTED_MAE, 0.2f, 0.01f, 200.0f, 3.0f};
     const nsdf_fit_kernels *sets[MAX_SETS];
     const int set_count = list_sets(sets);
     (void)state;

@@ -106,6 +106,10 @@ typedef struct nsdf_encoder_options {
     nsdf_optimiser optimiser; /* default Muon, Adam for the thesis's preset */
     nsdf_loss loss;
     double loss_d0;                /* of the weighted loss, fraction of the diagonal */
+    double loss_hole;              /* of the weighted loss: weight of samples inside that came out outside, 1 up;
+                                      0 (default) = 1, of sequences of sheets 4 */
+    double loss_hole_error;        /* mean error near the surface, as nsdf_progress.error, from which on that weight
+                                      holds; 0 (default) = always, of sequences of sheets half their thickness */
     double loss_delta, loss_slope; /* delta (fraction of the diagonal) and s of the surface-sensitive loss */
     uint64_t steps;                /* of Adam */
     double time_budget;            /* seconds that the run should take, instead of a number of steps; the file then
@@ -305,6 +309,7 @@ typedef struct nsdf_encoder_stats {
     nsdf_mesh_report input;  /* of all frames together */
     double diagonal;         /* world units */
     uint32_t blocks, bones;  /* 0 when the model is the network */
+    int unfollowed;          /* blocks could not follow the surface, so that the model is the network */
     nsdf_block_bytes block_bytes;
     uint64_t parameters;
     uint64_t file_size;      /* bytes */
