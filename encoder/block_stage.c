@@ -79,11 +79,24 @@ int nsdf_track_surface(const nsdf_fit_job *job, nsdf_tracked *tracked) {
     return failed ? -1 : 0;
 }
 
-int nsdf_start_blocks(const nsdf_fit_job *job, const nsdf_tracked *tracked, nsdf_block_model *model) {
+static int find_motion(const nsdf_fit_job *job, const nsdf_tracked *tracked, nsdf_motion *motion) {
     const nsdf_encoder_options *o = job->options;
+    const float radius = (float)nsdf_block_radius(o, tracked->area);
+    return nsdf_motion_find(motion, &tracked->nodes, o->blocks, tracked->area, radius, job->workers);
+}
+
+int nsdf_find_block_cover(const nsdf_fit_job *job, const nsdf_tracked *tracked, nsdf_block_cover *cover) {
     nsdf_motion motion;
-    if (nsdf_motion_find(&motion, &tracked->nodes, o->blocks, tracked->area, (float)nsdf_block_radius(o, tracked->area),
-                         job->workers) != 0)
+    if (find_motion(job, tracked, &motion) != 0)
+        return -1;
+    const int failed = nsdf_block_cover_find(cover, &motion, job->frames, job->options->seed, job->workers);
+    nsdf_motion_free(&motion);
+    return failed;
+}
+
+int nsdf_start_blocks(const nsdf_fit_job *job, const nsdf_tracked *tracked, nsdf_block_model *model) {
+    nsdf_motion motion;
+    if (find_motion(job, tracked, &motion) != 0)
         return -1;
     const int failed = start_model(job, &motion, model);
     nsdf_motion_free(&motion);
@@ -95,10 +108,11 @@ int nsdf_fit_blocks(const nsdf_fit_job *job, nsdf_block_model *model, nsdf_fit_r
     nsdf_fit_job block_job = *job;
     nsdf_tracked tracked;
     block_job.options = &options;
-    if (nsdf_track_surface(&block_job, &tracked) != 0)
+    if (!job->tracked && nsdf_track_surface(&block_job, &tracked) != 0)
         return -1;
-    const int failed = nsdf_start_blocks(&block_job, &tracked, model);
-    nsdf_nodes_free(&tracked.nodes);
+    const int failed = nsdf_start_blocks(&block_job, job->tracked ? job->tracked : &tracked, model);
+    if (!job->tracked)
+        nsdf_nodes_free(&tracked.nodes);
     return failed ? -1 : nsdf_block_fit_run(&block_job, model, result);
 }
 

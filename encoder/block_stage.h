@@ -2,6 +2,7 @@
 #ifndef NSDF_BLOCK_STAGE_H
 #define NSDF_BLOCK_STAGE_H
 
+#include "block_cover.h"
 #include "block_fit.h"
 #include "container.h"
 #include "nodes.h"
@@ -18,10 +19,13 @@ typedef struct nsdf_tracked {
 /* Follows the surface.  Returns 0, or -1 when memory ran out (then there is nothing to free). */
 int nsdf_track_surface(const nsdf_fit_job *job, nsdf_tracked *tracked);
 
+/* How much of every frame the blocks would hold.  Returns 0, or -1 when memory ran out. */
+int nsdf_find_block_cover(const nsdf_fit_job *job, const nsdf_tracked *tracked, nsdf_block_cover *cover);
+
 /* Places the blocks on what was tracked, finds bones and first values.  Returns 0, or -1 when memory ran out. */
 int nsdf_start_blocks(const nsdf_fit_job *job, const nsdf_tracked *tracked, nsdf_block_model *model);
 
-/* Tracks, finds bones, starts and fits.  Returns as nsdf_fit_run. */
+/* Tracks unless that is done, finds bones, starts and fits.  Returns as nsdf_fit_run. */
 int nsdf_fit_blocks(const nsdf_fit_job *job, nsdf_block_model *model, nsdf_fit_result *result);
 
 /* As nsdf_code_segment. */

@@ -23,6 +23,9 @@ static const float true_share = 0.75f;
 /* Specks at other times than the frames', and at other resolutions, are a little larger. */
 static const float speck_margin = 1.1f;
 
+/* Share of every frame's surface that has to lie in blocks, or else the model is the network. */
+static const double least_cover = 0.85;
+
 /* While verification finds stray pieces, fitting goes on a little, so many times at the most. */
 enum { MEND_ROUNDS = 3 };
 
@@ -56,6 +59,9 @@ typedef struct {
     nsdf_workers *workers;
     nsdf_dataset dataset;
     nsdf_fit_result fit;
+    nsdf_tracked tracked; /* the surface, if the model is blocks */
+    int is_tracked;
+    double seconds_track;
     nsdf_sample_set *strays; /* [frame]: what verification found */
     nsdf_coded_segment segment;
     uint64_t size;                 /* asked for, 0 = none */
@@ -194,44 +200,9 @@ static nsdf_status repair(run *r) {
     return status;
 }
 
-static nsdf_status prepare(run *r) {
-    nsdf_encoder_options *o = &r->encoder->options;
-    nsdf_frames *frames = &r->encoder->frames;
-    nsdf_file_header *h = &r->encoder->header;
-    nsdf_model *model = &r->encoder->model;
-    const double margin = NSDF_DOMAIN_MARGIN + nsdf_shell_margin(o, frames);
-    nsdf_status status = nsdf_frames_normalise(frames, margin, h, r->error);
-    h->rate_num = o->rate_num;
-    h->rate_den = o->rate_den;
-    r->encoder->shown = shown_frames(r->encoder);
-    h->frame_count = nominal_frames(&r->encoder->shown);
-    h->segment_count = 1;
-    h->extraction_bound = provisional_bound;
-    r->size = asked_size(r->encoder);
-    r->workers = nsdf_workers_create(o->threads);
-    if (status == NSDF_OK && r->workers)
-        status = repair(r);
-    h->default_resolution = o->resolution;
-    nsdf_model_describe(model, o, frames->count);
-    if (status == NSDF_OK && model->parameter_count > NSDF_MAX_PARAMETERS)
-        return nsdf_encoder_fail(r->error, NSDF_LIMIT, "the model has %llu parameters, at most %llu are allowed",
-                                 (unsigned long long)model->parameter_count, (unsigned long long)NSDF_MAX_PARAMETERS);
-    r->strays = calloc(frames->count, sizeof *r->strays);
-    r->encoder->parameters = malloc(model->parameter_count * sizeof(float));
-    if (status == NSDF_OK && (!r->workers || !r->encoder->parameters || !r->strays))
-        return nsdf_encoder_fail(r->error, NSDF_NO_MEMORY, "out of memory");
-    return status;
-}
-
-static nsdf_status sample(run *r) {
-    nsdf_frames *frames = &r->encoder->frames;
-    nsdf_dataset_job job = {frames,  &r->encoder->options, &r->encoder->header, r->workers, r->progress, r->user,
-                            r->start};
-    nsdf_status status = nsdf_dataset_create(&r->dataset, &job, r->error);
-    if (status != NSDF_OK)
-        return status;
-    nsdf_dataset_normalise(&r->dataset, &r->encoder->options, &r->encoder->model.desc);
-    return NSDF_OK;
+static int uses_blocks(const run *r) {
+    const nsdf_encoder *e = r->encoder;
+    return e->options.blocks > 0;
 }
 
 /* When fitting should end for the run to take its time.  What follows it takes about twice as long as sampling did. */
@@ -255,8 +226,70 @@ static nsdf_fit_job fit_job(run *r) {
                         r->start,
                         NULL,
                         NULL,
-                        fit_deadline(r)};
+                        fit_deadline(r),
+                        r->is_tracked ? &r->tracked : NULL};
     return job;
+}
+
+/* Follows the surface, and takes the network where blocks would leave much of a frame bare: they cannot follow what
+ * grows out of all proportion. */
+static nsdf_status suit_motion(run *r) {
+    nsdf_encoder *e = r->encoder;
+    const nsdf_fit_job job = fit_job(r);
+    const double began = nsdf_clock();
+    nsdf_block_cover cover;
+    if (!uses_blocks(r))
+        return NSDF_OK;
+    r->is_tracked = nsdf_track_surface(&job, &r->tracked) == 0;
+    if (!r->is_tracked || nsdf_find_block_cover(&job, &r->tracked, &cover) != 0)
+        return nsdf_encoder_fail(r->error, NSDF_NO_MEMORY, "out of memory while following the surface");
+    e->stats.unfollowed = cover.least < least_cover;
+    if (e->stats.unfollowed)
+        e->options.blocks = 0;
+    r->seconds_track = nsdf_clock() - began;
+    return NSDF_OK;
+}
+
+static nsdf_status prepare(run *r) {
+    nsdf_encoder_options *o = &r->encoder->options;
+    nsdf_frames *frames = &r->encoder->frames;
+    nsdf_file_header *h = &r->encoder->header;
+    nsdf_model *model = &r->encoder->model;
+    const double margin = NSDF_DOMAIN_MARGIN + nsdf_shell_margin(o, frames);
+    nsdf_status status = nsdf_frames_normalise(frames, margin, h, r->error);
+    h->rate_num = o->rate_num;
+    h->rate_den = o->rate_den;
+    r->encoder->shown = shown_frames(r->encoder);
+    h->frame_count = nominal_frames(&r->encoder->shown);
+    h->segment_count = 1;
+    h->extraction_bound = provisional_bound;
+    r->size = asked_size(r->encoder);
+    r->workers = nsdf_workers_create(o->threads);
+    if (status == NSDF_OK && r->workers)
+        status = repair(r);
+    if (status == NSDF_OK && r->workers)
+        status = suit_motion(r);
+    h->default_resolution = o->resolution;
+    nsdf_model_describe(model, o, frames->count);
+    if (status == NSDF_OK && model->parameter_count > NSDF_MAX_PARAMETERS)
+        return nsdf_encoder_fail(r->error, NSDF_LIMIT, "the model has %llu parameters, at most %llu are allowed",
+                                 (unsigned long long)model->parameter_count, (unsigned long long)NSDF_MAX_PARAMETERS);
+    r->strays = calloc(frames->count, sizeof *r->strays);
+    r->encoder->parameters = malloc(model->parameter_count * sizeof(float));
+    if (status == NSDF_OK && (!r->workers || !r->encoder->parameters || !r->strays))
+        return nsdf_encoder_fail(r->error, NSDF_NO_MEMORY, "out of memory");
+    return status;
+}
+
+static nsdf_status sample(run *r) {
+    nsdf_frames *frames = &r->encoder->frames;
+    nsdf_dataset_job job = {frames,  &r->encoder->options, &r->encoder->header, r->workers, r->progress, r->user,
+                            r->start};
+    nsdf_status status = nsdf_dataset_create(&r->dataset, &job, r->error);
+    if (status != NSDF_OK)
+        return status;
+    nsdf_dataset_normalise(&r->dataset, &r->encoder->options, &r->encoder->model.desc);
+    return NSDF_OK;
 }
 
 /* Whether fitting, or more of it, came to a usable end. */
@@ -277,11 +310,6 @@ static nsdf_status fitted(run *r, int failed) {
                                  "fitting diverged after %llu steps: try a lower learning rate",
                                  (unsigned long long)r->fit.steps);
     return NSDF_OK;
-}
-
-static int uses_blocks(const run *r) {
-    const nsdf_encoder *e = r->encoder;
-    return e->options.blocks > 0;
 }
 
 /* Half of the input's smallest piece, so that decoded ones may be smaller, but not so large that a piece that a coarse
@@ -492,11 +520,11 @@ static nsdf_status run_stages(run *r) {
     nsdf_status status = prepare(r);
     if (status == NSDF_OK)
         status = sample(r);
-    stats->seconds_sample = nsdf_clock() - began;
+    stats->seconds_sample = nsdf_clock() - began - r->seconds_track;
     began = nsdf_clock();
     if (status == NSDF_OK)
         status = fit(r);
-    stats->seconds_fit = nsdf_clock() - began;
+    stats->seconds_fit = nsdf_clock() - began + r->seconds_track;
     const int whole = r->encoder->options.time_budget > 0.0 || r->fit.steps >= r->encoder->options.steps;
     if (status == NSDF_OK)
         status = code_and_check(r);
@@ -515,6 +543,8 @@ static void end_run(run *r, nsdf_status status) {
     nsdf_rate_blocks_free(r->rate_blocks);
     nsdf_rate_network_free(r->rate_network);
     nsdf_dataset_free(&r->dataset);
+    if (r->is_tracked)
+        nsdf_nodes_free(&r->tracked.nodes);
     forget_strays(r);
     free(r->strays);
     nsdf_workers_free(r->workers);

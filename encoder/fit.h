@@ -10,6 +10,7 @@
 #include "workers.h"
 
 struct nsdf_checkpoint;
+struct nsdf_tracked;
 
 /* What rate control changes about fitting blocks. */
 typedef struct nsdf_fit_control {
@@ -36,6 +37,7 @@ typedef struct nsdf_fit_job {
     const nsdf_fit_control *control;    /* of blocks, which then are left unrounded; or NULL */
     double deadline;                    /* nsdf_clock() when the last step should be made, instead of the options'
                                            number of steps; 0 = none */
+    const struct nsdf_tracked *tracked; /* the surface, followed for options->blocks; NULL = not yet */
 } nsdf_fit_job;
 
 typedef struct nsdf_fit_result {

@@ -137,8 +137,7 @@ static void fit_pose(const job *j, const patch *p, uint32_t frame, const float c
     }
 }
 
-/* Balls that are flattened or drawn out too much are no balls: the nodes around them do not belong together. */
-static int is_ball(const nsdf_pose *pose) {
+int nsdf_pose_keeps_ball(const nsdf_pose *pose) {
     const double *m = pose->linear;
     double longest = 0.0;
     for (int k = 0; k < 3; k++)
@@ -172,7 +171,7 @@ static void find_states(const job *j, const patch *p, uint32_t index) {
         for (uint32_t i = 0; i < p->around->count; i++)
             sum += node_weight(p, i) * n->support[(size_t)f * n->count + p->around->list[i]];
         state[f] = sum > nearly_all * p->total ? WHOLE : sum > some_share * p->total ? PARTLY : ABSENT;
-        if (!is_ball(&j->motion->poses[(size_t)index * n->frame_count + f]))
+        if (!nsdf_pose_keeps_ball(&j->motion->poses[(size_t)index * n->frame_count + f]))
             state[f] = ABSENT;
     }
     merge_short_runs(state, n->frame_count);

@@ -25,6 +25,9 @@ typedef struct nsdf_motion {
  */
 double nsdf_block_radius(const nsdf_encoder_options *options, double area);
 
+/* Balls that are flattened or drawn out too much are no balls: the nodes around them do not belong together. */
+int nsdf_pose_keeps_ball(const nsdf_pose *pose);
+
 void nsdf_motion_free(nsdf_motion *motion);
 
 /* Balls of a radius on nodes, about `blocks` of them on a surface of `area`, and how

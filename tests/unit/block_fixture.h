@@ -129,8 +129,8 @@ static inline void make_fit(fit_fixture *f, fixture *x, uint64_t steps) {
         assert_int_equal(nsdf_sample_frame(sdf, &x->frames.frames[i].surface, &params, &random, &f->sets[i]), 0);
         nsdf_sdf_free(sdf);
     }
-    f->job = (nsdf_fit_job){NULL,       &f->options, f->sets, x->u, SAMPLE_FRAMES, &x->frames, &f->header,
-                            x->workers, NULL,        NULL,    0.0,  NULL,          NULL,       0.0};
+    f->job = (nsdf_fit_job){NULL, &f->options, f->sets, x->u, SAMPLE_FRAMES, &x->frames, &f->header, x->workers,
+                            NULL, NULL,        0.0,     NULL, NULL,          0.0,        NULL};
 }
 
 static inline void free_fit(fit_fixture *f) {

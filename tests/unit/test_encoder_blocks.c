@@ -142,6 +142,32 @@ static int stop_fitting(void *user, const nsdf_progress *progress) {
     return progress->stage == NSDF_STAGE_FIT ? *(const int *)user : NSDF_CONTINUE;
 }
 
+/* Grows to fifty times its size: balls cannot. */
+static int exploding_sphere(uint32_t i, nsdf_surface *surface, uint32_t *number) {
+    if (i >= FRAMES)
+        return 0;
+    *surface = shape_sphere(0.02 + 0.98 * i / (FRAMES - 1), RINGS, SEGMENTS);
+    *number = i;
+    return 1;
+}
+
+static void test_what_blocks_cannot_follow_gets_a_network(void **state) {
+    const nsdf_encoder_options o = block_options();
+    nsdf_encoder_error error;
+    nsdf_encoder_stats stats;
+    (void)state;
+    for (int grows = 0; grows < 2; grows++) {
+        nsdf_encoder *encoder = NULL;
+        assert_int_equal(nsdf_encoder_create(&encoder, &o, &error), NSDF_OK);
+        assert_int_equal(add_frames(encoder, grows ? exploding_sphere : moving_sphere, &error), NSDF_OK);
+        assert_int_equal(nsdf_encoder_run(encoder, NULL, NULL, &error), NSDF_OK);
+        assert_int_equal(nsdf_encoder_get_stats(encoder, &stats), NSDF_OK);
+        assert_int_equal(stats.unfollowed, grows);
+        assert_int_equal(stats.blocks > 0, !grows);
+        nsdf_encoder_close(&encoder);
+    }
+}
+
 static void test_fitting_of_blocks_can_be_stopped(void **state) {
     nsdf_encoder_options o = block_options();
     int finish = NSDF_FINISH, abort_it = NSDF_ABORT;
@@ -165,6 +191,7 @@ int main(void) {
         cmocka_unit_test(test_files_depend_on_the_seed_and_not_on_threads),
         cmocka_unit_test(test_the_network_stands_in_without_blocks),
         cmocka_unit_test(test_blocks_need_no_correspondences),
+        cmocka_unit_test(test_what_blocks_cannot_follow_gets_a_network),
         cmocka_unit_test(test_fitting_of_blocks_can_be_stopped),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
