@@ -75,9 +75,10 @@ struct nsdf_block_kernels;
 void nsdf_blocks_evaluate(const nsdf_blocks *blocks, const struct nsdf_block_kernels *kernels, size_t count,
                           size_t stride, const float *xyz, float *value, float *gradient);
 
-/* The same values but for the sign outside of the balls, which is left out; stored, not added. */
+/* The same values in the balls, where exact[] is set to 1, else 0; outside their size, or where that is above `enough`
+ * anything above it.  Stored, not added. */
 void nsdf_blocks_measure(const nsdf_blocks *blocks, const struct nsdf_block_kernels *kernels, size_t count,
-                         size_t stride, const float *xyz, float *value);
+                         size_t stride, const float *xyz, float enough, float *value, uint8_t *exact);
 
 /* blocks_groups.c: a block with the box of its ball, low then high, into its group, one that is not there out of it,
  * and balls and boxes of groups once all are in theirs. */

@@ -160,12 +160,16 @@ void nsdf_blocks_evaluate(const nsdf_blocks *blocks, const nsdf_block_kernels *k
 }
 
 void nsdf_blocks_measure(const nsdf_blocks *blocks, const nsdf_block_kernels *kernels, size_t count, size_t stride,
-                         const float *xyz, float *value) {
+                         const float *xyz, float enough, float *value, uint8_t *exact) {
     tile t;
     far_points far;
+    (void)enough;
     gather(count, stride, xyz, &t);
     set_near(blocks, kernels, count, 0, &t, &far);
-    for (size_t i = 0; i < far.count; i++)
+    memset(exact, 1, count);
+    for (size_t i = 0; i < far.count; i++) {
         t.f[far.list[i]] = measure_far(blocks, kernels, &t, far.list[i]).size;
+        exact[far.list[i]] = 0;
+    }
     memcpy(value, t.f, count * sizeof *value);
 }

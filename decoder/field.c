@@ -69,22 +69,31 @@ void nsdf_segment_field_evaluate(void *user, uint32_t worker, size_t count, cons
     }
 }
 
-void nsdf_segment_field_measure(void *user, uint32_t worker, size_t count, const float *const xyz[3], float *value) {
+void nsdf_segment_field_measure(void *user, uint32_t worker, size_t count, const float *const xyz[3], float enough,
+                                float *value, uint8_t *exact) {
     const nsdf_segment_field *field = user;
     (void)worker;
     for (size_t from = 0; from < count; from += NSDF_TILE) {
         const size_t n = count - from < NSDF_TILE ? count - from : NSDF_TILE;
         float tile[3 * NSDF_TILE];
         gather(from, n, xyz, tile);
-        nsdf_blocks_measure(&field->segments[0]->parts[0].at.blocks, field->block_kernels, n, NSDF_TILE, tile,
-                            value + from);
+        nsdf_blocks_measure(&field->segments[0]->parts[0].at.blocks, field->block_kernels, n, NSDF_TILE, tile, enough,
+                            value + from, exact + from);
     }
+}
+
+static int has_blocks(const nsdf_segment *segment) {
+    for (uint32_t i = 0; segment && i < segment->part_count; i++)
+        if (segment->parts[i].kind == NSDF_PART_BLOCKS)
+            return 1;
+    return 0;
 }
 
 nsdf_field nsdf_segment_field_view(nsdf_segment_field *field) {
     const nsdf_segment *first = field->segments[0];
     /* What is quicker than evaluation gives no signs, which a mix needs. */
     const int blocks_alone = !field->segments[1] && first->part_count == 1 && first->parts[0].kind == NSDF_PART_BLOCKS;
-    nsdf_field view = {field, nsdf_segment_field_evaluate, blocks_alone ? nsdf_segment_field_measure : NULL};
+    nsdf_field view = {field, nsdf_segment_field_evaluate, blocks_alone ? nsdf_segment_field_measure : NULL,
+                       has_blocks(first) || has_blocks(field->segments[1])};
     return view;
 }

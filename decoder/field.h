@@ -13,8 +13,12 @@ typedef struct nsdf_field {
     void *user;
     void (*evaluate)(void *user, uint32_t worker, size_t count, const float *const xyz[3], float *value,
                      float *const grad[3]);
-    /* NULL, or a quicker way to |f|, for leaving out what is far from the surface; signs need not be right. */
-    void (*measure)(void *user, uint32_t worker, size_t count, const float *const xyz[3], float *value);
+    /* NULL, or a quicker way to |f|, for leaving out what is far from the surface: values with any sign; where |f| is
+     * above `enough`, anything above it will do.  exact[] tells which are what evaluate gives. */
+    void (*measure)(void *user, uint32_t worker, size_t count, const float *const xyz[3], float enough, float *value,
+                    uint8_t *exact);
+    /* The field may change its sign without being small there, but for where measure says that a value is exact. */
+    int jumps;
 } nsdf_field;
 
 #endif

@@ -52,6 +52,11 @@ nsdf_status nsdf_mesher_parallel(nsdf_mesher *mesher, uint64_t count, nsdf_task_
     return NSDF_OK;
 }
 
+nsdf_status nsdf_mesher_for_bricks(nsdf_mesher *mesher, nsdf_task_fn fn) {
+    return nsdf_mesher_parallel(mesher,
+                                ((uint64_t)mesher->brick_count + NSDF_BRICKS_PER_TASK - 1) / NSDF_BRICKS_PER_TASK, fn);
+}
+
 nsdf_status nsdf_mesher_ask(const nsdf_mesher *mesher, uint64_t step, uint32_t every) {
     const nsdf_mesher_job *job = mesher->job;
     return step % every == 0 && job->cancel && job->cancel(job->cancel_user) ? NSDF_CANCELLED : NSDF_OK;
@@ -75,7 +80,7 @@ void nsdf_mesher_free(nsdf_mesher **mesher) {
     nsdf_mesher *m = *mesher;
     nsdf_memory *memory = m->memory;
     nsdf_array *arrays[] = {&m->coordinates, &m->table, &m->bricks, &m->order, &m->values, &m->points, &m->point_values,
-                            &m->cubes,       &m->split, &m->loose,  &m->links, &m->pieces, &m->scratch};
+                            &m->exact,       &m->cubes, &m->split,  &m->loose, &m->links,  &m->pieces, &m->scratch};
     for (size_t i = 0; i < sizeof arrays / sizeof *arrays; i++)
         nsdf_memory_give(memory, arrays[i]->data);
     nsdf_memory_give(memory, m);

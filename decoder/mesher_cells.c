@@ -3,35 +3,10 @@
 #include "mesher_internal.h"
 #include "mesher_tables.h"
 
-enum { BRICKS_PER_TASK = 16 };
-
 /* Vertices keep this distance, in cells, from the corners: triangles keep an area, and no two vertices coincide. */
 static const double least_fraction = 1e-3;
 
-static nsdf_brick *brick_at(const nsdf_mesher *mesher, uint32_t index) {
-    return (nsdf_brick *)mesher->bricks.data + index;
-}
-
 /* ---- Counting ---------------------------------------------------------------------------------------------- */
-
-/* Edges between known corners of different sign that start in the brick.  When all corners are evaluated, all four
- * cells around such an edge are active. */
-static void find_edges(nsdf_brick *brick, const nsdf_corner_rows *rows) {
-    for (int z = 0; z < 8; z++) {
-        uint64_t edges[3] = {0, 0, 0};
-        for (int y = 0; y < 8; y++) {
-            const uint32_t known = rows->known[z][y], negative = rows->negative[z][y];
-            const uint32_t x = (negative ^ negative >> 1) & known & known >> 1;
-            const uint32_t along_y = (negative ^ rows->negative[z][y + 1]) & known & rows->known[z][y + 1];
-            const uint32_t along_z = (negative ^ rows->negative[z + 1][y]) & known & rows->known[z + 1][y];
-            edges[0] |= (uint64_t)(x & 0xff) << 8 * y;
-            edges[1] |= (uint64_t)(along_y & 0xff) << 8 * y;
-            edges[2] |= (uint64_t)(along_z & 0xff) << 8 * y;
-        }
-        for (int a = 0; a < 3; a++)
-            brick->edges[a][z] = edges[a];
-    }
-}
 
 static void rank_edges(nsdf_brick *brick) {
     uint32_t count = 0;
@@ -64,17 +39,16 @@ static void count_triangles(nsdf_brick *brick, const nsdf_corner_rows *rows) {
 
 static void count_bricks(void *data, uint32_t task, uint32_t worker) {
     const nsdf_mesher *mesher = data;
-    const uint32_t first = task * BRICKS_PER_TASK;
-    const uint32_t count = nsdf_min_u32(mesher->brick_count - first, BRICKS_PER_TASK);
+    const uint32_t first = task * NSDF_BRICKS_PER_TASK;
+    const uint32_t count = nsdf_min_u32(mesher->brick_count - first, NSDF_BRICKS_PER_TASK);
     (void)worker;
     for (uint32_t i = first; i < first + count; i++) {
         uint32_t neighbours[8];
         nsdf_corner_rows rows;
         nsdf_grid_neighbours(mesher, i, neighbours);
         nsdf_gather_corners(mesher, neighbours, &rows);
-        find_edges(brick_at(mesher, i), &rows);
-        rank_edges(brick_at(mesher, i));
-        count_triangles(brick_at(mesher, i), &rows);
+        rank_edges(nsdf_grid_brick(mesher, i));
+        count_triangles(nsdf_grid_brick(mesher, i), &rows);
     }
 }
 
@@ -96,7 +70,7 @@ static nsdf_status number_vertices(nsdf_mesher *mesher) {
     const uint32_t *order = mesher->order.data;
     uint64_t vertices = 0, triangles = 0;
     for (uint32_t i = 0; i < mesher->brick_count; i++) {
-        nsdf_brick *brick = brick_at(mesher, order[i]);
+        nsdf_brick *brick = nsdf_grid_brick(mesher, order[i]);
         brick->first_vertex = (uint32_t)vertices;
         brick->first_triangle = (uint32_t)triangles;
         vertices += brick->vertex_count;
@@ -193,13 +167,13 @@ static uint32_t *add_cell(const nsdf_brick *const owners[8], const nsdf_corner_r
 }
 
 static void fill_brick(const nsdf_mesher *mesher, uint32_t index) {
-    const nsdf_brick *brick = brick_at(mesher, index), *owners[8];
+    const nsdf_brick *brick = nsdf_grid_brick(mesher, index), *owners[8];
     uint32_t neighbours[8];
     nsdf_corner_rows rows;
     uint64_t mixed[8];
     nsdf_grid_neighbours(mesher, index, neighbours);
     for (int i = 0; i < 8; i++)
-        owners[i] = neighbours[i] == NSDF_NO_BRICK ? NULL : brick_at(mesher, neighbours[i]);
+        owners[i] = neighbours[i] == NSDF_NO_BRICK ? NULL : nsdf_grid_brick(mesher, neighbours[i]);
     place_vertices(mesher, brick, neighbours);
     nsdf_gather_corners(mesher, neighbours, &rows);
     nsdf_mixed_cells(&rows, mixed);
@@ -214,26 +188,25 @@ static void fill_brick(const nsdf_mesher *mesher, uint32_t index) {
 
 static void fill_bricks(void *data, uint32_t task, uint32_t worker) {
     const nsdf_mesher *mesher = data;
-    const uint32_t first = task * BRICKS_PER_TASK;
-    const uint32_t count = nsdf_min_u32(mesher->brick_count - first, BRICKS_PER_TASK);
+    const uint32_t first = task * NSDF_BRICKS_PER_TASK;
+    const uint32_t count = nsdf_min_u32(mesher->brick_count - first, NSDF_BRICKS_PER_TASK);
     (void)worker;
     for (uint32_t i = first; i < first + count; i++) {
-        const nsdf_brick *brick = brick_at(mesher, i);
+        const nsdf_brick *brick = nsdf_grid_brick(mesher, i);
         if (brick->vertex_count || brick->triangle_count)
             fill_brick(mesher, i);
     }
 }
 
 nsdf_status nsdf_mesher_make_triangles(nsdf_mesher *mesher) {
-    const uint64_t tasks = ((uint64_t)mesher->brick_count + BRICKS_PER_TASK - 1) / BRICKS_PER_TASK;
     nsdf_status status = order_bricks(mesher);
     if (status == NSDF_OK)
-        status = nsdf_mesher_parallel(mesher, tasks, count_bricks);
+        status = nsdf_mesher_for_bricks(mesher, count_bricks);
     if (status == NSDF_OK)
         status = number_vertices(mesher);
     if (status == NSDF_OK)
         status = reserve_storage(mesher);
     if (status == NSDF_OK)
-        status = nsdf_mesher_parallel(mesher, tasks, fill_bricks);
+        status = nsdf_mesher_for_bricks(mesher, fill_bricks);
     return status;
 }

@@ -1,144 +1,18 @@
-/* Evaluates the corners of the active cells and follows the surface into cells that were dropped wrongly. */
+/* Evaluates corners of the active cells and follows the surface into cells that were dropped wrongly.  In rounds: the
+ * bricks are looked at for edges on which the sign changes and for cells that are missing, and ask for corners; these
+ * are evaluated.  Each step writes to a brick from its own and its neighbours' earlier results, all bricks at once. */
 #include "mesher_internal.h"
 
 #include <string.h>
 
 static const uint64_t no_bits[8];
 
-static nsdf_brick *brick_at(const nsdf_mesher *mesher, uint32_t index) {
-    return (nsdf_brick *)mesher->bricks.data + index;
-}
-
-/* ---- Asking for corners ------------------------------------------------------------------------------------ */
-
-/* Puts those of the corners that are not known yet into the list of points. */
-static nsdf_status request_corners(nsdf_mesher *mesher, uint32_t index, const uint64_t corners[8]) {
-    nsdf_brick *brick = brick_at(mesher, index);
-    uint64_t wanted = 0;
-    for (int z = 0; z < 8; z++)
-        wanted += nsdf_mesher_popcount(corners[z] & ~brick->known[z]);
-    if (wanted == 0)
-        return NSDF_OK;
-    const nsdf_status status = nsdf_mesher_reserve(mesher, &mesher->points, mesher->point_count + wanted,
-                                                   mesher->point_count, sizeof(nsdf_grid_point));
-    if (status != NSDF_OK)
-        return status;
-    nsdf_grid_point *point = (nsdf_grid_point *)mesher->points.data + mesher->point_count;
-    for (uint32_t z = 0; z < 8; z++) {
-        for (uint64_t bits = corners[z] & ~brick->known[z]; bits; bits &= bits - 1, point++) {
-            const uint32_t bit = nsdf_mesher_lowest(bits);
-            point->at[0] = (uint16_t)(8u * brick->at[0] + (bit & 7));
-            point->at[1] = (uint16_t)(8u * brick->at[1] + (bit >> 3));
-            point->at[2] = (uint16_t)(8u * brick->at[2] + z);
-            point->local = (uint16_t)(64 * z + bit);
-            point->brick = index;
-        }
-        brick->known[z] |= corners[z];
-    }
-    mesher->point_count += wanted;
-    brick->fresh = 1;
-    return NSDF_OK;
-}
-
-/* Corners of a brick's active cells as rows of 9 bits. */
-static void corners_of_cells(const nsdf_brick *brick, uint16_t rows[9][9]) {
-    memset(rows, 0, 81 * sizeof **rows);
-    for (int z = 0; z < 8; z++) {
-        for (int y = 0; y < 8; y++) {
-            const uint32_t cells = (uint32_t)(brick->cells[z] >> 8 * y & 0xff);
-            const uint16_t corners = (uint16_t)(cells | cells << 1);
-            rows[z][y] |= corners;
-            rows[z][y + 1] |= corners;
-            rows[z + 1][y] |= corners;
-            rows[z + 1][y + 1] |= corners;
-        }
-    }
-}
-
-/* The part of the rows that belongs to neighbour dx + 2 dy + 4 dz; returns whether there is any. */
-static int corners_of_neighbour(uint16_t rows[9][9], uint32_t neighbour, uint64_t corners[8]) {
-    const uint32_t x = (neighbour & 1) * 8, y_first = (neighbour >> 1 & 1) * 8, z_first = (neighbour >> 2) * 8;
-    uint64_t any = 0;
-    memset(corners, 0, 8 * sizeof *corners);
-    for (uint32_t z = z_first; z < (z_first ? 9 : 8); z++)
-        for (uint32_t y = y_first; y < (y_first ? 9 : 8); y++)
-            corners[z & 7] |= (uint64_t)(rows[z][y] >> x & 0xff) << 8 * (y & 7);
-    for (int z = 0; z < 8; z++)
-        any |= corners[z];
-    return any != 0;
-}
-
-static nsdf_status request_cells(nsdf_mesher *mesher, uint32_t index) {
-    uint16_t rows[9][9];
-    uint64_t corners[8];
-    corners_of_cells(brick_at(mesher, index), rows);
-    for (uint32_t i = 0; i < 8; i++) {
-        if (!corners_of_neighbour(rows, i, corners))
-            continue;
-        const uint16_t *at = brick_at(mesher, index)->at;
-        uint32_t owner;
-        nsdf_status status =
-            nsdf_grid_need_brick(mesher, at[0] + (i & 1), at[1] + (i >> 1 & 1), at[2] + (i >> 2), &owner);
-        if (status == NSDF_OK)
-            status = request_corners(mesher, owner, corners);
-        if (status != NSDF_OK)
-            return status;
-    }
-    return NSDF_OK;
-}
-
-/* ---- Values ------------------------------------------------------------------------------------------------ */
-
-/* A brick's cells have corners in the bricks at its upper faces, so a change here concerns those below. */
-static void mark_for_check(nsdf_mesher *mesher, const nsdf_brick *brick) {
-    for (uint32_t i = 0; i < 8; i++) {
-        const uint32_t dx = i & 1, dy = i >> 1 & 1, dz = i >> 2;
-        if (brick->at[0] < dx || brick->at[1] < dy || brick->at[2] < dz)
-            continue;
-        const uint32_t lower = nsdf_grid_brick_at(mesher, brick->at[0] - dx, brick->at[1] - dy, brick->at[2] - dz);
-        if (lower != NSDF_NO_BRICK)
-            brick_at(mesher, lower)->check = 1;
-    }
-}
-
-static nsdf_status update_signs(nsdf_mesher *mesher) {
-    nsdf_status status = NSDF_OK;
-    for (uint32_t index = 0; index < mesher->brick_count && status == NSDF_OK; index++) {
-        status = nsdf_mesher_ask(mesher, index, 512);
-        nsdf_brick *brick = brick_at(mesher, index);
-        if (!brick->fresh)
-            continue;
-        const float *value = (const float *)mesher->values.data + (size_t)index * NSDF_BRICK_CORNERS;
-        for (int z = 0; z < 8; z++, value += 64) {
-            uint64_t negative = 0;
-            for (int i = 0; i < 64; i++)
-                negative |= (uint64_t)(value[i] < 0) << i;
-            brick->negative[z] = negative & brick->known[z];
-        }
-        brick->fresh = 0;
-        mark_for_check(mesher, brick);
-    }
-    return status;
-}
-
-static nsdf_status evaluate_requested(nsdf_mesher *mesher) {
-    nsdf_status status = nsdf_grid_evaluate_points(mesher);
-    const nsdf_grid_point *points = mesher->points.data;
-    const float *values = mesher->point_values.data;
-    for (uint64_t i = 0; i < mesher->point_count && status == NSDF_OK; i++) {
-        nsdf_grid_store(mesher, &points[i], values[i]);
-        status = nsdf_mesher_ask(mesher, i, 1 << 15);
-    }
-    mesher->point_count = 0;
-    return status == NSDF_OK ? update_signs(mesher) : status;
-}
-
-/* ---- Following the surface --------------------------------------------------------------------------------- */
+/* ---- Looking ----------------------------------------------------------------------------------------------- */
 
 void nsdf_gather_corners(const nsdf_mesher *mesher, const uint32_t neighbours[8], nsdf_corner_rows *rows) {
     const uint64_t *known[8], *negative[8];
     for (int i = 0; i < 8; i++) {
-        const nsdf_brick *brick = neighbours[i] == NSDF_NO_BRICK ? NULL : brick_at(mesher, neighbours[i]);
+        const nsdf_brick *brick = neighbours[i] == NSDF_NO_BRICK ? NULL : nsdf_grid_brick(mesher, neighbours[i]);
         known[i] = brick ? brick->known : no_bits;
         negative[i] = brick ? brick->negative : no_bits;
     }
@@ -171,6 +45,24 @@ void nsdf_mixed_cells(const nsdf_corner_rows *rows, uint64_t cells[8]) {
     }
 }
 
+/* Edges between known corners of different sign that start in the brick. */
+static void find_edges(nsdf_brick *brick, const nsdf_corner_rows *rows) {
+    for (int z = 0; z < 8; z++) {
+        uint64_t edges[3] = {0, 0, 0};
+        for (int y = 0; y < 8; y++) {
+            const uint32_t known = rows->known[z][y], negative = rows->negative[z][y];
+            const uint32_t x = (negative ^ negative >> 1) & known & known >> 1;
+            const uint32_t along_y = (negative ^ rows->negative[z][y + 1]) & known & rows->known[z][y + 1];
+            const uint32_t along_z = (negative ^ rows->negative[z + 1][y]) & known & rows->known[z + 1][y];
+            edges[0] |= (uint64_t)(x & 0xff) << 8 * y;
+            edges[1] |= (uint64_t)(along_y & 0xff) << 8 * y;
+            edges[2] |= (uint64_t)(along_z & 0xff) << 8 * y;
+        }
+        for (int a = 0; a < 3; a++)
+            brick->edges[a][z] = edges[a];
+    }
+}
+
 /* Whether both signs occur among the known corners with x = 0 (if bit 0 of `side` is set), y = 0 (bit 1), z = 0
  * (bit 2). */
 static int side_is_mixed(const nsdf_corner_rows *rows, uint32_t side) {
@@ -185,53 +77,168 @@ static int side_is_mixed(const nsdf_corner_rows *rows, uint32_t side) {
     return in && out;
 }
 
-/* Cells of the bricks below may have the surface in them too; makes those bricks, which are looked at later. */
-static nsdf_status need_lower_bricks(nsdf_mesher *mesher, uint32_t index, const nsdf_corner_rows *rows) {
-    for (uint32_t side = 1; side < 7; side++) {
-        const uint16_t *at = brick_at(mesher, index)->at;
-        const uint32_t dx = side & 1, dy = side >> 1 & 1, dz = side >> 2;
-        if (at[0] < dx || at[1] < dy || at[2] < dz || !side_is_mixed(rows, side))
-            continue;
-        uint32_t lower;
-        const nsdf_status status = nsdf_grid_need_brick(mesher, at[0] - dx, at[1] - dy, at[2] - dz, &lower);
-        if (status != NSDF_OK)
-            return status;
-    }
-    return NSDF_OK;
+/* Whether corners around its cells became known since the brick was looked at. */
+static int is_changed(const nsdf_mesher *mesher, const uint32_t neighbours[8]) {
+    for (int i = 0; i < 8; i++)
+        if (neighbours[i] != NSDF_NO_BRICK && nsdf_grid_brick(mesher, neighbours[i])->fresh)
+            return 1;
+    return 0;
 }
 
-static nsdf_status check_brick(nsdf_mesher *mesher, uint32_t index) {
+/* Mixed cells become active; those of the bricks below may have the surface in them too: makes those bricks, which are
+ * looked at in the next round. */
+static void look_at(const nsdf_mesher *mesher, uint32_t index) {
+    nsdf_brick *brick = nsdf_grid_brick(mesher, index);
     uint32_t neighbours[8];
     nsdf_corner_rows rows;
     uint64_t mixed[8], missing = 0;
-    brick_at(mesher, index)->check = 0;
     nsdf_grid_neighbours(mesher, index, neighbours);
+    if (!is_changed(mesher, neighbours))
+        return;
     nsdf_gather_corners(mesher, neighbours, &rows);
     nsdf_mixed_cells(&rows, mixed);
-    nsdf_brick *brick = brick_at(mesher, index);
+    find_edges(brick, &rows);
     for (int z = 0; z < 8; z++) {
         missing |= mixed[z] & ~brick->cells[z];
         brick->cells[z] |= mixed[z];
     }
-    const nsdf_status status = need_lower_bricks(mesher, index, &rows);
-    return status == NSDF_OK && missing ? request_cells(mesher, index) : status;
+    if (missing)
+        brick->upper = nsdf_brick_upper(brick);
+    for (uint32_t side = 1; side < 7; side++)
+        brick->lower |= (uint8_t)(side_is_mixed(&rows, side) << side);
+}
+
+/* ---- Asking ------------------------------------------------------------------------------------------------ */
+
+/* In one z of a brick, corners of the active cells of that z, also of those in the bricks below along x and y. */
+static uint64_t corners_of_cells(const nsdf_brick *const lower[4], uint32_t z) {
+    const uint64_t row = lower[0]->cells[z] | nsdf_step_x(lower[0]->cells[z], lower[1]->cells[z]);
+    return row | nsdf_step_y(row, lower[2]->cells[z] | nsdf_step_x(lower[2]->cells[z], lower[3]->cells[z]));
+}
+
+static uint64_t ends_of_edges(const nsdf_brick *const lower[8], uint32_t z) {
+    const nsdf_brick *own = lower[0];
+    const uint64_t below = z > 0 ? own->edges[2][z - 1] : lower[4]->edges[2][7];
+    return own->edges[0][z] | nsdf_step_x(own->edges[0][z], lower[1]->edges[0][z]) | own->edges[1][z] |
+           nsdf_step_y(own->edges[1][z], lower[2]->edges[1][z]) | own->edges[2][z] | below;
+}
+
+/* Corners whose sign is not known, and ends of edges whose value is not. */
+static void ask_for(const nsdf_mesher *mesher, uint32_t index) {
+    nsdf_brick *brick = nsdf_grid_brick(mesher, index);
+    const nsdf_brick *lower[8];
+    nsdf_grid_lower(mesher, index, lower);
+    uint64_t below = corners_of_cells(lower + 4, 7);
+    brick->point_count = 0;
+    for (uint32_t z = 0; z < 8; z++) {
+        const uint64_t level = corners_of_cells(lower, z);
+        brick->wanted[z] = ((level | below) & ~brick->known[z]) | (ends_of_edges(lower, z) & ~brick->evaluated[z]);
+        brick->point_count += nsdf_mesher_popcount(brick->wanted[z]);
+        below = level;
+    }
+}
+
+static nsdf_status reserve_points(nsdf_mesher *mesher) {
+    mesher->point_count = 0;
+    for (uint32_t i = 0; i < mesher->brick_count; i++) {
+        nsdf_brick *brick = nsdf_grid_brick(mesher, i);
+        if (mesher->point_count > UINT32_MAX)
+            return NSDF_LIMIT;
+        brick->first_point = (uint32_t)mesher->point_count;
+        mesher->point_count += brick->point_count;
+    }
+    return nsdf_mesher_reserve(mesher, &mesher->points, mesher->point_count, 0, sizeof(nsdf_grid_point));
+}
+
+/* Calls of a brick's corners that are wanted; points that follow each other lie near each other. */
+static void list_points(const nsdf_mesher *mesher, uint32_t index) {
+    nsdf_brick *brick = nsdf_grid_brick(mesher, index);
+    nsdf_grid_point *point = (nsdf_grid_point *)mesher->points.data + brick->first_point;
+    brick->fresh = brick->point_count > 0;
+    if (!brick->fresh)
+        return;
+    for (uint32_t part = 0; part < 8; part++) { /* 4^3 corners each */
+        const uint64_t columns = (uint64_t)0x0f0f0f0f << (4 * (part & 1) + 32 * (part >> 1 & 1));
+        for (uint32_t z = part >> 2 << 2, end = z + 4; z < end; z++) {
+            for (uint64_t bits = brick->wanted[z] & columns; bits; bits &= bits - 1, point++) {
+                const uint32_t bit = nsdf_mesher_lowest(bits);
+                point->at[0] = (uint16_t)(8u * brick->at[0] + (bit & 7));
+                point->at[1] = (uint16_t)(8u * brick->at[1] + (bit >> 3));
+                point->at[2] = (uint16_t)(8u * brick->at[2] + z);
+            }
+        }
+    }
+    for (int z = 0; z < 8; z++) {
+        brick->evaluated[z] |= brick->wanted[z];
+        brick->known[z] |= brick->wanted[z];
+    }
+}
+
+static void store_points(const nsdf_mesher *mesher, uint32_t index) {
+    const nsdf_brick *brick = nsdf_grid_brick(mesher, index);
+    const nsdf_grid_point *points = (const nsdf_grid_point *)mesher->points.data + brick->first_point;
+    const float *values = (const float *)mesher->point_values.data + brick->first_point;
+    for (uint32_t i = 0; i < brick->point_count; i++)
+        nsdf_grid_store(mesher, index, points[i].at, values[i]);
+}
+
+/* ---- Rounds ------------------------------------------------------------------------------------------------ */
+
+typedef void brick_step(const nsdf_mesher *mesher, uint32_t index);
+
+static void run_step(const nsdf_mesher *mesher, uint32_t task, brick_step *step) {
+    const uint32_t first = task * NSDF_BRICKS_PER_TASK;
+    const uint32_t count = nsdf_min_u32(mesher->brick_count - first, NSDF_BRICKS_PER_TASK);
+    for (uint32_t i = first; i < first + count; i++)
+        step(mesher, i);
+}
+
+static void claim_bricks(void *data, uint32_t task, uint32_t worker) {
+    (void)worker;
+    run_step(data, task, nsdf_mesher_claim_signs);
+}
+
+static void look_at_bricks(void *data, uint32_t task, uint32_t worker) {
+    (void)worker;
+    run_step(data, task, look_at);
+}
+
+static void ask_for_bricks(void *data, uint32_t task, uint32_t worker) {
+    (void)worker;
+    run_step(data, task, ask_for);
+}
+
+static void list_bricks(void *data, uint32_t task, uint32_t worker) {
+    (void)worker;
+    run_step(data, task, list_points);
+}
+
+static void store_bricks(void *data, uint32_t task, uint32_t worker) {
+    (void)worker;
+    run_step(data, task, store_points);
+}
+
+static nsdf_status ask_for_corners(nsdf_mesher *mesher) {
+    nsdf_status status = nsdf_mesher_for_bricks(mesher, look_at_bricks);
+    if (status == NSDF_OK)
+        status = nsdf_grid_need_neighbours(mesher);
+    if (status == NSDF_OK)
+        status = nsdf_mesher_for_bricks(mesher, ask_for_bricks);
+    if (status == NSDF_OK)
+        status = reserve_points(mesher);
+    return status == NSDF_OK ? nsdf_mesher_for_bricks(mesher, list_bricks) : status;
 }
 
 nsdf_status nsdf_mesher_evaluate_corners(nsdf_mesher *mesher) {
-    nsdf_status status = NSDF_OK;
-    mesher->point_count = 0;
-    for (uint32_t i = 0; i < mesher->brick_count && status == NSDF_OK; i++) {
-        status = request_cells(mesher, i);
-        if (status == NSDF_OK)
-            status = nsdf_mesher_ask(mesher, i, 512);
-    }
+    nsdf_status status = nsdf_mesher_for_bricks(mesher, claim_bricks);
     while (status == NSDF_OK) {
-        status = evaluate_requested(mesher);
-        for (uint32_t i = 0; i < mesher->brick_count && status == NSDF_OK; i++)
-            if (brick_at(mesher, i)->check)
-                status = check_brick(mesher, i);
-        if (mesher->point_count == 0)
+        const uint32_t bricks = mesher->brick_count;
+        status = ask_for_corners(mesher);
+        if (status != NSDF_OK || (mesher->point_count == 0 && mesher->brick_count == bricks))
             break;
+        status = nsdf_grid_evaluate_points(mesher);
+        if (status == NSDF_OK)
+            status = nsdf_mesher_for_bricks(mesher, store_bricks);
     }
     return status;
 }

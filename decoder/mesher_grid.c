@@ -79,11 +79,10 @@ nsdf_status nsdf_grid_need_brick(nsdf_mesher *mesher, uint32_t x, uint32_t y, ui
         return status;
     nsdf_brick *b = (nsdf_brick *)mesher->bricks.data + n;
     memset(b, 0, sizeof *b);
-    memset((float *)mesher->values.data + (size_t)n * NSDF_BRICK_CORNERS, 0, NSDF_BRICK_CORNERS * sizeof(float));
     b->at[0] = (uint16_t)x;
     b->at[1] = (uint16_t)y;
     b->at[2] = (uint16_t)z;
-    b->check = 1;
+    b->fresh = 1;
     ((uint32_t *)mesher->table.data)[table_index(&mesher->grid, x, y, z)] = n;
     mesher->brick_count = n + 1;
     *brick = n;
@@ -96,6 +95,64 @@ void nsdf_grid_neighbours(const nsdf_mesher *mesher, uint32_t brick, uint32_t ne
         neighbours[i] = nsdf_grid_brick_at(mesher, at[0] + (i & 1), at[1] + (i >> 1 & 1), at[2] + (i >> 2));
 }
 
+void nsdf_grid_lower(const nsdf_mesher *mesher, uint32_t brick, const nsdf_brick *lower[8]) {
+    static const nsdf_brick nothing;
+    const uint16_t *at = nsdf_grid_brick(mesher, brick)->at;
+    for (uint32_t i = 0; i < 8; i++) {
+        const uint32_t dx = i & 1, dy = i >> 1 & 1, dz = i >> 2;
+        const int within = at[0] >= dx && at[1] >= dy && at[2] >= dz;
+        const uint32_t index = within ? nsdf_grid_brick_at(mesher, at[0] - dx, at[1] - dy, at[2] - dz) : NSDF_NO_BRICK;
+        lower[i] = index == NSDF_NO_BRICK ? &nothing : nsdf_grid_brick(mesher, index);
+    }
+}
+
+/* `up` is whether the neighbours lie above. */
+static nsdf_status need_neighbours(nsdf_mesher *mesher, uint32_t brick, uint32_t which, int up) {
+    nsdf_status status = NSDF_OK;
+    for (uint32_t i = 1; which >> i && status == NSDF_OK; i++) {
+        const uint16_t *at = nsdf_grid_brick(mesher, brick)->at;
+        const uint32_t dx = i & 1, dy = i >> 1 & 1, dz = i >> 2;
+        uint32_t unused;
+        if (!(which >> i & 1) || (!up && (at[0] < dx || at[1] < dy || at[2] < dz)))
+            continue;
+        status = up ? nsdf_grid_need_brick(mesher, at[0] + dx, at[1] + dy, at[2] + dz, &unused)
+                    : nsdf_grid_need_brick(mesher, at[0] - dx, at[1] - dy, at[2] - dz, &unused);
+    }
+    return status;
+}
+
+/* Bricks that are made here need none yet. */
+nsdf_status nsdf_grid_need_neighbours(nsdf_mesher *mesher) {
+    const uint32_t count = mesher->brick_count;
+    nsdf_status status = NSDF_OK;
+    for (uint32_t i = 0; i < count && status == NSDF_OK; i++) {
+        nsdf_brick *brick = nsdf_grid_brick(mesher, i);
+        const uint32_t upper = brick->upper, lower = brick->lower;
+        brick->upper = brick->lower = 0;
+        if (upper)
+            status = need_neighbours(mesher, i, upper, 1);
+        if (lower && status == NSDF_OK)
+            status = need_neighbours(mesher, i, lower, 0);
+        if (status == NSDF_OK)
+            status = nsdf_mesher_ask(mesher, i, 4096);
+    }
+    return status;
+}
+
+uint8_t nsdf_brick_upper(const nsdf_brick *brick) {
+    uint64_t all = 0;
+    for (int z = 0; z < 8; z++)
+        all |= brick->cells[z];
+    const uint64_t row_7 = (uint64_t)0xff << 56, sets[2] = {all, brick->cells[7]};
+    uint32_t which = 0;
+    for (uint32_t dz = 0; dz < 2; dz++) {
+        which |= (uint32_t)((sets[dz] & NSDF_COLUMN_7) != 0) << (4 * dz + 1);
+        which |= (uint32_t)((sets[dz] & row_7) != 0) << (4 * dz + 2);
+        which |= (uint32_t)((sets[dz] & NSDF_COLUMN_7 & row_7) != 0) << (4 * dz + 3);
+    }
+    return (uint8_t)(which | (uint32_t)(brick->cells[7] != 0) << 4);
+}
+
 static int at_border(const nsdf_mesher *mesher, const nsdf_grid_point *centre) {
     const uint32_t half = mesher->measuring / 2;
     for (int a = 0; a < 3; a++)
@@ -104,15 +161,16 @@ static int at_border(const nsdf_mesher *mesher, const nsdf_grid_point *centre) {
     return 0;
 }
 
-/* Sizes; where the border may have a cap, signs too. */
+/* Sizes, as far as they decide whether cubes are dropped; where the border may have a cap, values. */
 static void measure_batch(const nsdf_mesher *mesher, nsdf_mesher_scratch *scratch, uint32_t worker,
-                          const nsdf_grid_point *points, size_t count, float *value) {
+                          const nsdf_grid_point *points, size_t count, float *value, uint8_t *exact) {
     const nsdf_field *field = &mesher->job->field;
     const float *const xyz[3] = {scratch->point[0], scratch->point[1], scratch->point[2]};
     const float *const border[3] = {scratch->position[0], scratch->position[1], scratch->position[2]};
     float *const no_gradient[3] = {NULL, NULL, NULL};
     size_t border_count = 0;
-    field->measure(field->user, worker, count, xyz, value);
+    const float enough = (float)(1.001 * 0.5 * sqrt(3.0) * mesher->measuring * mesher->grid.step) * mesher->job->bound;
+    field->measure(field->user, worker, count, xyz, enough, value, exact);
     for (uint32_t i = 0; i < count; i++) {
         if (!at_border(mesher, &points[i]))
             continue;
@@ -122,8 +180,10 @@ static void measure_batch(const nsdf_mesher *mesher, nsdf_mesher_scratch *scratc
     }
     if (border_count > 0)
         field->evaluate(field->user, worker, border_count, border, scratch->value, no_gradient);
-    for (size_t i = 0; i < border_count; i++)
+    for (size_t i = 0; i < border_count; i++) {
         value[scratch->list[i]] = scratch->value[i];
+        exact[scratch->list[i]] = 1;
+    }
 }
 
 static void evaluate_batch(void *data, uint32_t index, uint32_t worker) {
@@ -140,7 +200,7 @@ static void evaluate_batch(void *data, uint32_t index, uint32_t worker) {
     const nsdf_field *field = &mesher->job->field;
     float *value = (float *)mesher->point_values.data + first;
     if (mesher->measuring && field->measure)
-        measure_batch(mesher, scratch, worker, points, count, value);
+        measure_batch(mesher, scratch, worker, points, count, value, (uint8_t *)mesher->exact.data + first);
     else
         field->evaluate(field->user, worker, count, xyz, value, no_gradient);
 }
@@ -162,12 +222,16 @@ static float tame(float value) {
     return value < 0 ? -NSDF_FIELD_LIMIT : NSDF_FIELD_LIMIT;
 }
 
-void nsdf_grid_store(nsdf_mesher *mesher, const nsdf_grid_point *point, float value) {
+void nsdf_grid_store(const nsdf_mesher *mesher, uint32_t brick, const uint16_t at[3], float value) {
     int border = 0;
     for (int a = 0; a < 3; a++)
-        border |= point->at[a] == 0 || point->at[a] == mesher->grid.cells[a];
+        border |= at[a] == 0 || at[a] == mesher->grid.cells[a];
     value = tame(value);
     if (border && value < 0)
         value = NSDF_BORDER_VALUE;
-    ((float *)mesher->values.data)[(size_t)point->brick * NSDF_BRICK_CORNERS + point->local] = value;
+    const uint32_t x = at[0] & 7u, y = at[1] & 7u, z = at[2] & 7u;
+    uint64_t *negative = &nsdf_grid_brick(mesher, brick)->negative[z];
+    const uint64_t bit = (uint64_t)1 << (8 * y + x);
+    ((float *)mesher->values.data)[(size_t)brick * NSDF_BRICK_CORNERS + 64 * z + 8 * y + x] = value;
+    *negative = value < 0 ? *negative | bit : *negative & ~bit;
 }

@@ -24,20 +24,22 @@ static nsdf_status cover_with_cubes(nsdf_mesher *mesher) {
 
 /* The corner in the middle of a cube, or nearest to it within the grid. */
 static nsdf_status evaluate_centres(nsdf_mesher *mesher, uint32_t size) {
-    const nsdf_status status =
-        nsdf_mesher_reserve(mesher, &mesher->points, mesher->cube_count, 0, sizeof(nsdf_grid_point));
+    nsdf_status status = nsdf_mesher_reserve(mesher, &mesher->points, mesher->cube_count, 0, sizeof(nsdf_grid_point));
     if (status != NSDF_OK)
         return status;
     const nsdf_cube *cubes = mesher->cubes.data;
     nsdf_grid_point *points = mesher->points.data;
+    status = nsdf_mesher_reserve(mesher, &mesher->exact, mesher->cube_count, 0, sizeof(uint8_t));
+    if (status != NSDF_OK)
+        return status;
     for (uint64_t i = 0; i < mesher->cube_count; i++)
         for (int a = 0; a < 3; a++)
             points[i].at[a] = (uint16_t)nsdf_min_u32(cubes[i].at[a] + size / 2, mesher->grid.cells[a]);
     mesher->point_count = mesher->cube_count;
     mesher->measuring = size;
-    const nsdf_status evaluated = nsdf_grid_evaluate_points(mesher);
+    status = nsdf_grid_evaluate_points(mesher);
     mesher->measuring = 0;
-    return evaluated;
+    return status;
 }
 
 /* Whether the bound leaves room for a change of sign between the corners of the cube.  A cube that is inside the
@@ -59,17 +61,13 @@ static int may_hold_surface(const nsdf_mesher *mesher, const nsdf_cube *cube, ui
 
 static void drop_cubes(nsdf_mesher *mesher, uint32_t size) {
     nsdf_cube *cubes = mesher->cubes.data;
-    nsdf_grid_point *points = mesher->points.data;
-    float *values = mesher->point_values.data;
+    const nsdf_grid_point *points = mesher->points.data;
+    const float *values = mesher->point_values.data;
     uint64_t kept = 0;
-    for (uint64_t i = 0; i < mesher->cube_count; i++) {
-        if (!may_hold_surface(mesher, &cubes[i], size, points[i].at, values[i]))
-            continue;
-        cubes[kept] = cubes[i];
-        points[kept] = points[i];
-        values[kept++] = values[i];
-    }
-    mesher->cube_count = mesher->point_count = kept;
+    for (uint64_t i = 0; i < mesher->cube_count; i++)
+        if (may_hold_surface(mesher, &cubes[i], size, points[i].at, values[i]))
+            cubes[kept++] = cubes[i];
+    mesher->cube_count = kept;
 }
 
 /* Halves of a cube along one axis: 2, or 1 where the grid ends before the second. */
@@ -99,41 +97,59 @@ static nsdf_status split_cubes(nsdf_mesher *mesher, uint32_t half) {
     return NSDF_OK;
 }
 
-/* Activates the 2^3 cells of a cube; a centre inside the grid is a corner of theirs, whose value is kept if it was
- * evaluated in full. */
-static nsdf_status activate_cube(nsdf_mesher *mesher, const nsdf_cube *cube, nsdf_grid_point *centre, float value) {
-    const uint32_t x = cube->at[0], y = cube->at[1], z = cube->at[2];
-    const nsdf_status status = nsdf_grid_need_brick(mesher, x / 8, y / 8, z / 8, &centre->brick);
+/* Activates the 2^3 cells of a cube. */
+static nsdf_status activate_cube(nsdf_mesher *mesher, const nsdf_cube *cube) {
+    const uint32_t x = cube->at[0], y = cube->at[1], z = cube->at[2], *cells = mesher->grid.cells;
+    uint32_t index;
+    const nsdf_status status = nsdf_grid_need_brick(mesher, x / 8, y / 8, z / 8, &index);
     if (status != NSDF_OK)
         return status;
-    nsdf_brick *brick = (nsdf_brick *)mesher->bricks.data + centre->brick;
-    const uint32_t *cells = mesher->grid.cells;
+    nsdf_brick *brick = nsdf_grid_brick(mesher, index);
     for (uint32_t k = 0; k < 8; k++) {
         const uint32_t cx = x + (k & 1), cy = y + (k >> 1 & 1), cz = z + (k >> 2);
         if (cx < cells[0] && cy < cells[1] && cz < cells[2])
             brick->cells[cz & 7] |= (uint64_t)1 << (8 * (cy & 7) + (cx & 7));
     }
-    if (mesher->job->field.measure)
-        return NSDF_OK;
-    const uint32_t lx = centre->at[0] & 7, ly = centre->at[1] & 7, lz = centre->at[2] & 7;
-    centre->local = (uint16_t)(64 * lz + 8 * ly + lx);
-    brick->known[lz] |= (uint64_t)1 << (8 * ly + lx);
-    brick->fresh = 1;
-    nsdf_grid_store(mesher, centre, value);
     return NSDF_OK;
+}
+
+/* The bricks that hold the corners of active cells. */
+static nsdf_status need_corners(nsdf_mesher *mesher) {
+    for (uint32_t i = 0; i < mesher->brick_count; i++)
+        nsdf_grid_brick(mesher, i)->upper = nsdf_brick_upper(nsdf_grid_brick(mesher, i));
+    return nsdf_grid_need_neighbours(mesher);
+}
+
+/* Keeps the values that are there, also of cubes that are dropped, in the bricks that are there. */
+static nsdf_status add_centres(nsdf_mesher *mesher) {
+    const nsdf_grid_point *centres = mesher->points.data;
+    const float *values = mesher->point_values.data;
+    const uint8_t *exact = mesher->job->field.measure ? mesher->exact.data : NULL;
+    nsdf_status status = NSDF_OK;
+    for (uint64_t i = 0; i < mesher->cube_count && status == NSDF_OK; i++) {
+        const uint16_t *at = centres[i].at;
+        const uint32_t brick = nsdf_grid_brick_at(mesher, at[0] / 8, at[1] / 8, at[2] / 8);
+        if (brick != NSDF_NO_BRICK && (!exact || exact[i]))
+            nsdf_mesher_add_centre(mesher, brick, at, values[i]);
+        status = nsdf_mesher_ask(mesher, i, 1 << 15);
+    }
+    return status;
 }
 
 static nsdf_status activate_cubes(nsdf_mesher *mesher) {
     const nsdf_cube *cubes = mesher->cubes.data;
-    nsdf_grid_point *centres = mesher->points.data;
+    const nsdf_grid_point *centres = mesher->points.data;
     const float *values = mesher->point_values.data;
     nsdf_status status = NSDF_OK;
     for (uint64_t i = 0; i < mesher->cube_count && status == NSDF_OK; i++) {
-        status = activate_cube(mesher, &cubes[i], &centres[i], values[i]);
+        if (may_hold_surface(mesher, &cubes[i], FINEST, centres[i].at, values[i]))
+            status = activate_cube(mesher, &cubes[i]);
         if (status == NSDF_OK)
             status = nsdf_mesher_ask(mesher, i, 4096);
     }
-    return status;
+    if (status == NSDF_OK)
+        status = need_corners(mesher);
+    return status == NSDF_OK ? add_centres(mesher) : status;
 }
 
 /* The cells of a brick along one axis that lie in the grid, as a count. */
@@ -168,7 +184,7 @@ static nsdf_status activate_all(nsdf_mesher *mesher) {
                 if (status == NSDF_OK)
                     status = nsdf_mesher_ask(mesher, mesher->brick_count, 512);
             }
-    return status;
+    return status == NSDF_OK ? need_corners(mesher) : status;
 }
 
 nsdf_status nsdf_mesher_find_cells(nsdf_mesher *mesher) {
@@ -179,9 +195,9 @@ nsdf_status nsdf_mesher_find_cells(nsdf_mesher *mesher) {
         status = evaluate_centres(mesher, size);
         if (status != NSDF_OK)
             break;
-        drop_cubes(mesher, size);
         if (size == FINEST)
             return activate_cubes(mesher);
+        drop_cubes(mesher, size);
         status = split_cubes(mesher, size / 2);
     }
     return status;

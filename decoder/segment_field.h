@@ -20,7 +20,8 @@ void nsdf_segment_field_evaluate(void *user, uint32_t worker, size_t count, cons
                                  float *const grad[3]);
 
 /* nsdf_field.measure; only for one segment that is a single part of blocks. */
-void nsdf_segment_field_measure(void *user, uint32_t worker, size_t count, const float *const xyz[3], float *value);
+void nsdf_segment_field_measure(void *user, uint32_t worker, size_t count, const float *const xyz[3], float enough,
+                                float *value, uint8_t *exact);
 /* The field for the mesher. */
 nsdf_field nsdf_segment_field_view(nsdf_segment_field *field);
 

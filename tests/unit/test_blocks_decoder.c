@@ -54,7 +54,7 @@ static tables find_tables(void) {
 /* ---- Against the definition ------------------------------------------------------------------------------ */
 
 typedef struct {
-    int inside, outside, negative; /* of those outside */
+    int inside, outside, beyond, negative; /* beyond enough, and inside the surface, of those outside the balls */
 } tally;
 
 /* Central differences of the definition; returns whether all points around are of the same, safe case. */
@@ -106,7 +106,7 @@ static void test_values_and_gradients_are_those_of_the_definition(void **state) 
     static const sample_shape shapes[] = {{1, 1, 1, 0, 0},  {9, 3, 2, 1, 0},  {20, 4, 3, 2, 6},
                                           {20, 5, 4, 3, 4}, {60, 7, 8, 3, 9}, {200, 7, 2, 2, 5}};
     (void)state;
-    tally n = {0, 0, 0};
+    tally n = {0, 0, 0, 0};
     for (uint64_t i = 0; i < sizeof shapes / sizeof *shapes; i++) {
         sample_blocks s = sample_random(shapes[i], i + 1);
         compare_everywhere(&s, 50 + i, &n);
@@ -436,20 +436,24 @@ static void test_searches_by_groups_leave_nothing_out(void **state) {
     }
 }
 
-static void assert_measure(const sample_blocks *s, const nsdf_blocks *b, double u, const float *xyz, tally *n) {
+static void assert_measure(const sample_blocks *s, const nsdf_blocks *b, double u, const float *xyz, float enough,
+                           tally *n) {
     const tables t = find_tables();
     const tile_result r = evaluate_tile(b, t.list[0], xyz);
     for (int i = 0; i < t.count; i++) {
         float size[NSDF_TILE];
-        nsdf_blocks_measure(b, t.list[i], NSDF_TILE, NSDF_TILE, xyz, size);
+        uint8_t exact[NSDF_TILE];
+        nsdf_blocks_measure(b, t.list[i], NSDF_TILE, NSDF_TILE, xyz, enough, size, exact);
         for (size_t p = 0; p < NSDF_TILE; p++) {
             const double x[3] = {(double)xyz[p], (double)xyz[NSDF_TILE + p], (double)xyz[2 * NSDF_TILE + p]};
             int delicate, inside;
             reference_blocks(s, u, x, &delicate, &inside);
             if (delicate)
                 continue;
-            assert_true(size[p] == (inside ? r.value[p] : fabsf(r.value[p])));
-            *(inside ? &n->inside : &n->outside) += 1;
+            const int beyond = !inside && fabsf(r.value[p]) > enough;
+            assert_int_equal(exact[p], inside);
+            assert_true(beyond ? size[p] > enough : size[p] == (inside ? r.value[p] : fabsf(r.value[p])));
+            *(inside ? &n->inside : beyond ? &n->beyond : &n->outside) += 1;
             n->negative += !inside && r.value[p] < 0.0f;
         }
     }
@@ -458,7 +462,7 @@ static void assert_measure(const sample_blocks *s, const nsdf_blocks *b, double 
 static void test_measures_are_values_without_the_sign_outside(void **state) {
     sample_blocks samples[] = {sample_random((sample_shape){60, 5, 3, 3, 5}, 4), sample_shell(100)};
     uint64_t random = 2;
-    tally n = {0, 0, 0};
+    tally n = {0, 0, 0, 0};
     (void)state;
     for (int i = 0; i < 2; i++) {
         opened o = open_blocks(&samples[i]);
@@ -466,13 +470,13 @@ static void test_measures_are_values_without_the_sign_outside(void **state) {
             float xyz[TILE_FLOATS];
             nsdf_blocks_compose(&o.blocks, round / 19.0);
             make_tile(&random, round % 2 ? 0.05 : 0.4, xyz);
-            assert_measure(&samples[i], &o.blocks, round / 19.0, xyz, &n);
+            assert_measure(&samples[i], &o.blocks, round / 19.0, xyz, round % 3 ? 1.0f : 0.01f, &n);
         }
         free(o.storage);
         sample_free(&samples[i]);
     }
     const int kinds = find_tables().count;
-    assert_true(n.inside > 60 * kinds && n.outside > 60 * kinds && n.negative > 15 * kinds);
+    assert_true(n.inside > 60 * kinds && n.outside > 60 * kinds && n.negative > 15 * kinds && n.beyond > 20 * kinds);
 }
 
 /* ---- Meshes ---------------------------------------------------------------------------------------------- */
@@ -484,25 +488,25 @@ typedef struct {
     nsdf_mesh_storage quick, full;
 } bench;
 
-static void run_mesher(bench *b, const nsdf_field *field, nsdf_mesh_storage *mesh) {
+static void run_mesher(bench *b, const nsdf_field *field, float bound, nsdf_mesh_storage *mesh) {
     nsdf_mesher_job job;
     memset(&job, 0, sizeof job);
     job.field = *field;
     memcpy(job.domain_min, low, sizeof low);
     memcpy(job.domain_max, high, sizeof high);
     job.resolution = 70;
-    job.bound = 1.25f;
+    job.bound = bound;
     job.normals = 1;
     job.projection = 2;
     job.scale = 1.0;
     assert_int_equal(nsdf_mesher_run(b->mesher, &job, &b->memory, mesh), NSDF_OK);
 }
 
-static void assert_measuring_changes_nothing(bench *b, nsdf_field field) {
+static void assert_measuring_changes_nothing(bench *b, nsdf_field field, float bound) {
     assert_non_null(field.measure);
-    run_mesher(b, &field, &b->quick);
+    run_mesher(b, &field, bound, &b->quick);
     field.measure = NULL;
-    run_mesher(b, &field, &b->full);
+    run_mesher(b, &field, bound, &b->full);
     assert_true(b->full.triangle_count > 1000);
     assert_int_equal(b->quick.vertex_count, b->full.vertex_count);
     assert_int_equal(b->quick.triangle_count, b->full.triangle_count);
@@ -512,7 +516,7 @@ static void assert_measuring_changes_nothing(bench *b, nsdf_field field) {
     assert_memory_equal(b->quick.indices, b->full.indices, (size_t)3 * b->full.triangle_count * sizeof(uint32_t));
 }
 
-static void mesh_blocks(bench *b, const sample_blocks *s) {
+static void mesh_blocks(bench *b, const sample_blocks *s, float bound) {
     opened o = open_blocks(s);
     const tables t = find_tables();
     nsdf_segment_part part = {.kind = NSDF_PART_BLOCKS};
@@ -521,7 +525,7 @@ static void mesh_blocks(bench *b, const sample_blocks *s) {
     part.at.blocks = o.blocks;
     for (int i = 0; i < t.count; i++) {
         nsdf_segment_field field = {.segments = {&segment}, .share = {1.0f}, .block_kernels = t.list[i]};
-        assert_measuring_changes_nothing(b, nsdf_segment_field_view(&field));
+        assert_measuring_changes_nothing(b, nsdf_segment_field_view(&field), bound);
     }
     free(o.storage);
 }
@@ -534,8 +538,8 @@ static void test_the_mesh_is_the_same_without_measuring(void **state) {
     assert_int_equal(nsdf_tasks_create(&b.memory, 2, NULL, &b.tasks), NSDF_OK);
     assert_int_equal(nsdf_mesher_create(&b.memory, b.tasks, &b.mesher), NSDF_OK);
     sample_blocks shell = sample_shell(200), random = sample_random((sample_shape){60, 5, 3, 3, 5}, 4);
-    mesh_blocks(&b, &shell);
-    mesh_blocks(&b, &random);
+    mesh_blocks(&b, &shell, 1.25f);
+    mesh_blocks(&b, &random, 8.0f); /* its slopes are not those of a distance */
     sample_free(&shell);
     sample_free(&random);
     nsdf_mesh_storage_free(&b.memory, &b.quick);

@@ -632,6 +632,8 @@ static void sparse_extraction_evaluates_a_fraction(void **state) {
     evaluated = 0;
     assert_int_equal(nsdf_mesher_run(b.mesher, &b.job, &b.memory, &b.mesh), NSDF_OK);
     assert_true(evaluated < 129u * 129u * 129u / 10);
+    /* corners beside the surface, of which the centres found some; not all of the cells at it */
+    assert_true(nsdf_mesher_get_stats(b.mesher).corner_points < 2 * (uint64_t)b.mesh.vertex_count);
     bench_end(&b);
 }
 
