@@ -1,6 +1,8 @@
 /* Plain C, and the choice of a table: C first, then overridden upward. */
 #define TARGET
 #define NAME "c"
+#define LANES 4
+#define LANE_BITS(mask) ((uint32_t)(((mask)[0] & 1) | ((mask)[1] & 2) | ((mask)[2] & 4) | ((mask)[3] & 8)))
 
 #include "block_kernels_impl.h"
 

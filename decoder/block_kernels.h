@@ -1,29 +1,37 @@
 /* The inner loops of block evaluation, one table per instruction set.
  *
- * Points within balls are worked on in tiles of NSDF_TILE, others one by one with blocks side by side.  The tables are
- * compiled from the same C (block_kernels_impl.h) without fused multiply and add, and every lane gets the same
- * operations in the same order: all tables give the same bits. */
+ * Points within balls are worked on in sixteens, others one by one with blocks side by side.  The tables are compiled
+ * from the same C (block_kernels_impl.h) without fused multiply and add, and every lane gets the same operations in the
+ * same order: all tables give the same bits. */
 #ifndef NSDF_BLOCK_KERNELS_H
 #define NSDF_BLOCK_KERNELS_H
 
 #include "blocks.h"
 #include "net_kernels.h"
 
+enum { NSDF_BLOCK_POINTS = 16, NSDF_NEAR_MOST = 256 };
+
+/* Blocks that may hold some of a run's points, ascending; filled up to a multiple of 16 with centres far away. */
+typedef struct nsdf_near_blocks {
+    uint32_t count, number[NSDF_NEAR_MOST];
+    float centre[3][NSDF_NEAR_MOST], reach[NSDF_NEAR_MOST];
+} nsdf_near_blocks;
+
 /* Sums over the balls that hold a point; the slopes are derivatives with respect to x. */
 typedef struct nsdf_block_sums {
-    float weight[NSDF_TILE], value[NSDF_TILE];
-    float weight_slope[3][NSDF_TILE], value_slope[3][NSDF_TILE];
+    float weight[NSDF_BLOCK_POINTS], value[NSDF_BLOCK_POINTS];
+    float weight_slope[3][NSDF_BLOCK_POINTS], value_slope[3][NSDF_BLOCK_POINTS];
 } nsdf_block_sums;
 
 typedef struct nsdf_block_kernels {
     const char *name;
-    /* Adds a block to the sums at the points x[3][NSDF_TILE]; slopes only if wanted. */
-    void (*add)(const nsdf_block *block, uint32_t degree, int slopes, const float x[3][NSDF_TILE],
-                nsdf_block_sums *sums);
-    /* Lists the blocks whose boxes meet that of the points, ascending, and returns how many there are; most + 1 when
-     * there are more than `most`. */
+    /* The sums at the points x over those of the near blocks that hold them; slopes only if wanted. */
+    void (*sum)(const nsdf_block *blocks, const nsdf_near_blocks *near, uint32_t degree, int slopes,
+                const float x[3][NSDF_BLOCK_POINTS], nsdf_block_sums *sums);
+    /* Lists the blocks whose boxes meet that of `count` points, count > 0, ascending, and returns how many there are;
+     * most + 1 when there are more than `most`. */
     uint32_t (*meet)(const nsdf_block_boxes *boxes, const nsdf_block_boxes *group_boxes, uint32_t groups,
-                     const float x[3][NSDF_TILE], uint32_t most, uint32_t *list);
+                     const float *const x[3], size_t count, uint32_t most, uint32_t *list);
     /* The block whose centre is nearest to a point, of equal ones the first, and its squared distance.  Where none is
      * nearer than *square says at first, the answer is `groups` * NSDF_BLOCK_GROUP. */
     uint32_t (*find_nearest)(const nsdf_block_group *group, const nsdf_group_balls *balls, uint32_t groups,

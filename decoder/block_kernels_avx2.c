@@ -3,8 +3,12 @@
 
 #if defined(__x86_64__) && defined(__GNUC__)
 
+#include <immintrin.h>
+
 #define TARGET __attribute__((target("avx2")))
 #define NAME "avx2"
+#define LANES 8
+#define LANE_BITS(mask) ((uint32_t)_mm256_movemask_ps((__m256)(mask)))
 
 #include "block_kernels_impl.h"
 

@@ -3,12 +3,16 @@
 
 #if defined(__x86_64__) && defined(__GNUC__)
 
+#include <immintrin.h>
+
 #ifdef __clang__
 #define TARGET __attribute__((target("avx512f")))
 #else
 #define TARGET __attribute__((target("avx512f,prefer-vector-width=512")))
 #endif
 #define NAME "avx512"
+#define LANES 16
+#define LANE_BITS(mask) ((uint32_t)_mm512_test_epi32_mask((__m512i)(mask), (__m512i)(mask)))
 
 #include "block_kernels_impl.h"
 

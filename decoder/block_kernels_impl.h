@@ -1,100 +1,202 @@
-/* Included once per instruction set with TARGET (an attribute, or nothing) and NAME defined.  Loops run over whole
- * tiles so that the compiler turns them into vectors. */
-#include "block_kernels.h"
-#include "block_polynomial.h"
-
+/* Included once per instruction set with TARGET (an attribute, or nothing), NAME, LANES and LANE_BITS(mask) defined. */
 #include <math.h>
+#include <stdint.h>
 #include <string.h>
 
 /* `degree` is a constant where these are inlined, so that no lane asks for it. */
 #define INLINE TARGET static inline __attribute__((always_inline))
 
-typedef struct local_points {
-    float u[3][NSDF_TILE];
-} local_points;
+/* Numbers that are worked on at once, as many as a register holds; operators of GNU C work lane by lane. */
+typedef float lanes __attribute__((vector_size(4 * LANES)));
+typedef int32_t lane_masks __attribute__((vector_size(4 * LANES)));
 
-TARGET static void to_ball(const float *restrict m, const float x[3][NSDF_TILE], local_points *restrict out) {
+#define NSDF_POLYNOMIAL_REAL lanes
+#define NSDF_POLYNOMIAL_INLINE INLINE
+#include "block_kernels.h"
+#include "block_polynomial.h"
+
+INLINE lanes load(const float *from) {
+    lanes v;
+    memcpy(&v, from, sizeof v);
+    return v;
+}
+
+INLINE void store(float *to, lanes v) {
+    memcpy(to, &v, sizeof v);
+}
+
+/* Lanes that the mask has; 0 in the others. */
+INLINE lanes masked(lane_masks mask, lanes v) {
+    return (lanes)(mask & (lane_masks)v);
+}
+
+/* Number of the lowest bit that is set; bits != 0. */
+INLINE uint32_t lowest(uint32_t bits) {
+    return (uint32_t)__builtin_ctz(bits);
+}
+
+/* ---- Points in balls --------------------------------------------------------------------------------------- */
+
+/* A ball around points: a middle and a radius, a little larger for rounding. */
+INLINE void bound_ball(const float x[3][NSDF_BLOCK_POINTS], float ball[4]) {
+    float most = 0.0f;
+    for (int axis = 0; axis < 3; axis++) {
+        float low = x[axis][0], high = x[axis][0];
+        for (int p = 1; p < NSDF_BLOCK_POINTS; p++) {
+            low = x[axis][p] < low ? x[axis][p] : low;
+            high = x[axis][p] > high ? x[axis][p] : high;
+        }
+        ball[axis] = 0.5f * (low + high);
+    }
+    for (int p = 0; p < NSDF_BLOCK_POINTS; p++) {
+        const float dx = x[0][p] - ball[0], dy = x[1][p] - ball[1], dz = x[2][p] - ball[2];
+        const float square = dx * dx + dy * dy + dz * dz;
+        most = square > most ? square : most;
+    }
+    ball[3] = 1.0001f * sqrtf(most) + 1e-6f;
+}
+
+/* Lists the near blocks whose balls may meet that of the points. */
+INLINE uint32_t select_near(const nsdf_near_blocks *near, const float x[3][NSDF_BLOCK_POINTS], uint32_t *list) {
+    float ball[4];
+    uint32_t count = 0;
+    bound_ball(x, ball);
+    for (uint32_t first = 0; first < near->count; first += LANES) {
+        const lanes dx = load(near->centre[0] + first) - ball[0], dy = load(near->centre[1] + first) - ball[1];
+        const lanes dz = load(near->centre[2] + first) - ball[2], reach = load(near->reach + first) + ball[3];
+        const lane_masks apart = dx * dx + dy * dy + dz * dz > reach * reach;
+        for (uint32_t bits = LANE_BITS(~apart); bits; bits &= bits - 1)
+            list[count++] = near->number[first + lowest(bits)];
+    }
+    return count;
+}
+
+typedef struct lane_sums {
+    lanes weight, value, weight_slope[3], value_slope[3];
+} lane_sums;
+
+/* One block at points x; slopes only if wanted. */
+INLINE void add_block(const nsdf_block *block, uint32_t degree, int slopes, const lanes x[3], lane_sums *sums) {
+    const float *m = block->map, life = block->life;
+    lanes u[3], slope[3];
     for (int row = 0; row < 3; row++)
-        for (int p = 0; p < NSDF_TILE; p++)
-            out->u[row][p] =
-                m[4 * row] * x[0][p] + m[4 * row + 1] * x[1][p] + m[4 * row + 2] * x[2][p] + m[4 * row + 3];
-}
-
-/* 1 - |u|^2; returns whether it is positive somewhere.  Compilers have no vectors for the greatest of floats, but for
- * whole numbers. */
-TARGET static int roots(const local_points *restrict at, float root[restrict NSDF_TILE]) {
-    int inside = 0;
-    for (int p = 0; p < NSDF_TILE; p++) {
-        const float square = at->u[0][p] * at->u[0][p] + at->u[1][p] * at->u[1][p] + at->u[2][p] * at->u[2][p];
-        root[p] = 1.0f - square;
-        inside |= root[p] > 0.0f;
-    }
-    return inside;
-}
-
-/* Values alone; of two loops, since the compiler would rather branch than select in one. */
-INLINE void add_values(const nsdf_block *block, uint32_t degree, const local_points *restrict at,
-                       const float root[restrict NSDF_TILE], nsdf_block_sums *restrict sums) {
-    const float life = block->life;
-    float t[NSDF_BLOCK_TERMS], value[NSDF_TILE];
-    memcpy(t, block->terms, sizeof t);
-    for (int p = 0; p < NSDF_TILE; p++) {
-        const float u[3] = {at->u[0][p], at->u[1][p], at->u[2][p]};
-        value[p] = nsdf_block_value(t, degree, u);
-    }
-    for (int p = 0; p < NSDF_TILE; p++) {
-        const float weight = life * root[p] * root[p], part = weight * value[p];
-        sums->weight[p] += root[p] > 0.0f ? weight : 0.0f;
-        sums->value[p] += root[p] > 0.0f ? part : 0.0f;
+        u[row] = m[4 * row] * x[0] + m[4 * row + 1] * x[1] + m[4 * row + 2] * x[2] + m[4 * row + 3];
+    const lanes root = 1.0f - (u[0] * u[0] + u[1] * u[1] + u[2] * u[2]);
+    const lane_masks inside = root > 0.0f;
+    const lanes weight = life * root * root, value = nsdf_block_value(block->terms, degree, u);
+    sums->weight += masked(inside, weight);
+    sums->value += masked(inside, weight * value);
+    if (!slopes)
+        return;
+    const lanes fall = -4.0f * life * root;
+    nsdf_block_slope(block->terms, degree, u, slope);
+    for (int axis = 0; axis < 3; axis++) {
+        /* half the slope of |u|^2 */
+        const lanes along = m[axis] * u[0] + m[4 + axis] * u[1] + m[8 + axis] * u[2], w = fall * along;
+        const lanes v = w * value + weight * (m[axis] * slope[0] + m[4 + axis] * slope[1] + m[8 + axis] * slope[2]);
+        sums->weight_slope[axis] += masked(inside, w);
+        sums->value_slope[axis] += masked(inside, v);
     }
 }
 
-/* Values, and slopes with respect to x. */
-INLINE void add_slopes(const nsdf_block *block, uint32_t degree, const local_points *restrict at,
-                       const float root[restrict NSDF_TILE], nsdf_block_sums *restrict sums) {
-    const float life = block->life;
-    float t[NSDF_BLOCK_TERMS], m[12];
-    memcpy(t, block->terms, sizeof t);
-    memcpy(m, block->map, sizeof m);
-    for (int p = 0; p < NSDF_TILE; p++) {
-        const float u[3] = {at->u[0][p], at->u[1][p], at->u[2][p]}, value = nsdf_block_value(t, degree, u);
-        const float weight = life * root[p] * root[p], fall = -4.0f * life * root[p];
-        float slope[3];
-        nsdf_block_slope(t, degree, u, slope);
-        sums->weight[p] += root[p] > 0.0f ? weight : 0.0f;
-        sums->value[p] += root[p] > 0.0f ? weight * value : 0.0f;
-        for (int axis = 0; axis < 3; axis++) {
-            /* half the slope of |u|^2 */
-            const float along = m[axis] * u[0] + m[4 + axis] * u[1] + m[8 + axis] * u[2], w = fall * along;
-            const float v = w * value + weight * (m[axis] * slope[0] + m[4 + axis] * slope[1] + m[8 + axis] * slope[2]);
-            sums->weight_slope[axis][p] += root[p] > 0.0f ? w : 0.0f;
-            sums->value_slope[axis][p] += root[p] > 0.0f ? v : 0.0f;
+INLINE void sum_listed(const nsdf_block *blocks, const uint32_t *list, uint32_t count, uint32_t degree, int slopes,
+                       const float x[3][NSDF_BLOCK_POINTS], nsdf_block_sums *sums) {
+    for (int first = 0; first < NSDF_BLOCK_POINTS; first += LANES) {
+        const lanes at[3] = {load(x[0] + first), load(x[1] + first), load(x[2] + first)};
+        lane_sums s = {{0}, {0}, {{0}, {0}, {0}}, {{0}, {0}, {0}}};
+        for (uint32_t i = 0; i < count; i++)
+            add_block(&blocks[list[i]], degree, slopes, at, &s);
+        store(sums->weight + first, s.weight);
+        store(sums->value + first, s.value);
+        for (int axis = 0; slopes && axis < 3; axis++) {
+            store(sums->weight_slope[axis] + first, s.weight_slope[axis]);
+            store(sums->value_slope[axis] + first, s.value_slope[axis]);
         }
     }
 }
 
-INLINE void add_inside(const nsdf_block *block, uint32_t degree, int slopes, const local_points *restrict at,
-                       const float root[restrict NSDF_TILE], nsdf_block_sums *restrict sums) {
-    if (slopes)
-        add_slopes(block, degree, at, root, sums);
+INLINE void sum_degree(const nsdf_block *blocks, const uint32_t *list, uint32_t count, uint32_t degree, int slopes,
+                       const float x[3][NSDF_BLOCK_POINTS], nsdf_block_sums *sums) {
+    if (degree >= 3)
+        sum_listed(blocks, list, count, 3, slopes, x, sums);
+    else if (degree == 2)
+        sum_listed(blocks, list, count, 2, slopes, x, sums);
     else
-        add_values(block, degree, at, root, sums);
+        sum_listed(blocks, list, count, 1, slopes, x, sums);
 }
 
-TARGET static void add_block(const nsdf_block *block, uint32_t degree, int slopes, const float x[3][NSDF_TILE],
-                             nsdf_block_sums *sums) {
-    local_points at;
-    float root[NSDF_TILE];
-    to_ball(block->map, x, &at);
-    if (!roots(&at, root))
-        return;
-    if (degree >= 3)
-        add_inside(block, 3, slopes, &at, root, sums);
-    else if (degree == 2)
-        add_inside(block, 2, slopes, &at, root, sums);
+TARGET static void sum_near(const nsdf_block *blocks, const nsdf_near_blocks *near, uint32_t degree, int slopes,
+                            const float x[3][NSDF_BLOCK_POINTS], nsdf_block_sums *sums) {
+    uint32_t list[NSDF_NEAR_MOST];
+    const uint32_t count = select_near(near, x, list);
+    if (slopes)
+        sum_degree(blocks, list, count, degree, 1, x, sums);
     else
-        add_inside(block, 1, slopes, &at, root, sums);
+        sum_degree(blocks, list, count, degree, 0, x, sums);
 }
+
+/* ---- Boxes ------------------------------------------------------------------------------------------------- */
+
+/* Low and, negated, high, of `count` points. */
+TARGET static void bound_points(const float *const x[3], size_t count, float box[2][3]) {
+    for (int axis = 0; axis < 3; axis++) {
+        lanes low = x[axis][0] - (lanes){0}, high = -x[axis][0] - (lanes){0};
+        size_t p = 0;
+        for (; p + LANES <= count; p += LANES) {
+            const lanes at = load(x[axis] + p), negated = -at;
+            const lane_masks lower = at < low, higher = negated < high;
+            low = (lanes)((lower & (lane_masks)at) | (~lower & (lane_masks)low));
+            high = (lanes)((higher & (lane_masks)negated) | (~higher & (lane_masks)high));
+        }
+        box[0][axis] = low[0];
+        box[1][axis] = high[0];
+        for (int i = 1; i < LANES; i++) {
+            box[0][axis] = low[i] < box[0][axis] ? low[i] : box[0][axis];
+            box[1][axis] = high[i] < box[1][axis] ? high[i] : box[1][axis];
+        }
+        for (; p < count; p++) {
+            box[0][axis] = x[axis][p] < box[0][axis] ? x[axis][p] : box[0][axis];
+            box[1][axis] = -x[axis][p] < box[1][axis] ? -x[axis][p] : box[1][axis];
+        }
+    }
+}
+
+/* Which of the boxes meet the points' box, as bits. */
+INLINE uint32_t test_boxes(const nsdf_block_boxes *boxes, const float box[2][3]) {
+    uint32_t met = 0;
+    for (int first = 0; first < NSDF_BLOCK_GROUP; first += LANES) {
+        lane_masks meets = load(boxes->low[0] + first) <= -box[1][0];
+        meets &= load(boxes->high[0] + first) >= box[0][0];
+        for (int axis = 1; axis < 3; axis++) {
+            meets &= load(boxes->low[axis] + first) <= -box[1][axis];
+            meets &= load(boxes->high[axis] + first) >= box[0][axis];
+        }
+        met |= LANE_BITS(meets) << first;
+    }
+    return met;
+}
+
+TARGET static uint32_t meet(const nsdf_block_boxes *boxes, const nsdf_block_boxes *group_boxes, uint32_t groups,
+                            const float *const x[3], size_t points, uint32_t most, uint32_t *list) {
+    float box[2][3];
+    uint32_t count = 0;
+    bound_points(x, points, box);
+    for (uint32_t s = 0; s < nsdf_block_groups(groups); s++) {
+        for (uint32_t sets = test_boxes(&group_boxes[s], (const float(*)[3])box); sets; sets &= sets - 1) {
+            const uint32_t g = s * NSDF_BLOCK_GROUP + lowest(sets);
+            if (g >= groups)
+                break;
+            for (uint32_t met = test_boxes(&boxes[g], (const float(*)[3])box); met; met &= met - 1) {
+                if (count == most)
+                    return most + 1;
+                list[count++] = g * NSDF_BLOCK_GROUP + lowest(met);
+            }
+        }
+    }
+    return count;
+}
+
+/* ---- Points in no ball ------------------------------------------------------------------------------------- */
 
 TARGET static float least_of(const float d[NSDF_BLOCK_GROUP]) {
     float half[NSDF_BLOCK_GROUP / 2];
@@ -104,60 +206,6 @@ TARGET static float least_of(const float d[NSDF_BLOCK_GROUP]) {
         half[i] = half[i] < half[i + 4] ? half[i] : half[i + 4];
     const float a = half[0] < half[2] ? half[0] : half[2], b = half[1] < half[3] ? half[1] : half[3];
     return a < b ? a : b;
-}
-
-/* Low and, negated, high. */
-TARGET static void bound_points(const float x[3][NSDF_TILE], float box[2][3]) {
-    for (int axis = 0; axis < 3; axis++) {
-        float low[NSDF_BLOCK_GROUP], high[NSDF_BLOCK_GROUP];
-        for (int i = 0; i < NSDF_BLOCK_GROUP; i++) {
-            low[i] = x[axis][i];
-            high[i] = -x[axis][i];
-        }
-        for (int p = NSDF_BLOCK_GROUP; p < NSDF_TILE; p += NSDF_BLOCK_GROUP)
-            for (int i = 0; i < NSDF_BLOCK_GROUP; i++) {
-                low[i] = x[axis][p + i] < low[i] ? x[axis][p + i] : low[i];
-                high[i] = -x[axis][p + i] < high[i] ? -x[axis][p + i] : high[i];
-            }
-        box[0][axis] = least_of(low);
-        box[1][axis] = least_of(high);
-    }
-}
-
-/* Which of the boxes meet the points' box; returns whether any does. */
-TARGET static int test_boxes(const nsdf_block_boxes *boxes, const float box[2][3], int32_t met[NSDF_BLOCK_GROUP]) {
-    int32_t any = 0;
-    for (int i = 0; i < NSDF_BLOCK_GROUP; i++) {
-        met[i] = (boxes->low[0][i] <= -box[1][0]) & (boxes->high[0][i] >= box[0][0]) &
-                 (boxes->low[1][i] <= -box[1][1]) & (boxes->high[1][i] >= box[0][1]) &
-                 (boxes->low[2][i] <= -box[1][2]) & (boxes->high[2][i] >= box[0][2]);
-        any |= met[i];
-    }
-    return any;
-}
-
-TARGET static uint32_t meet(const nsdf_block_boxes *boxes, const nsdf_block_boxes *group_boxes, uint32_t groups,
-                            const float x[3][NSDF_TILE], uint32_t most, uint32_t *list) {
-    int32_t group_met[NSDF_BLOCK_GROUP], met[NSDF_BLOCK_GROUP];
-    float box[2][3];
-    uint32_t count = 0;
-    bound_points(x, box);
-    for (uint32_t s = 0; s < nsdf_block_groups(groups); s++) {
-        if (!test_boxes(&group_boxes[s], (const float(*)[3])box, group_met))
-            continue;
-        for (uint32_t i = 0; i < NSDF_BLOCK_GROUP && s * NSDF_BLOCK_GROUP + i < groups; i++) {
-            const uint32_t g = s * NSDF_BLOCK_GROUP + i;
-            if (!group_met[i] || !test_boxes(&boxes[g], (const float(*)[3])box, met))
-                continue;
-            for (uint32_t k = 0; k < NSDF_BLOCK_GROUP; k++) {
-                if (met[k] && count == most)
-                    return most + 1;
-                if (met[k])
-                    list[count++] = g * NSDF_BLOCK_GROUP + k;
-            }
-        }
-    }
-    return count;
 }
 
 /* Distances to the middles of balls. */
@@ -246,4 +294,4 @@ TARGET static float wind(const nsdf_block_group *group, uint32_t groups, const f
     return sum;
 }
 
-static const nsdf_block_kernels table = {NAME, add_block, meet, find_nearest, wind};
+static const nsdf_block_kernels table = {NAME, sum_near, meet, find_nearest, wind};

@@ -1,12 +1,19 @@
-/* A block's polynomial, with terms in the order of nsdf_block_term, at one point. */
+/* A block's polynomial, with terms in the order of nsdf_block_term, at one point; or at several side by side, where
+ * NSDF_POLYNOMIAL_REAL is a vector of floats. */
 #ifndef NSDF_BLOCK_POLYNOMIAL_H
 #define NSDF_BLOCK_POLYNOMIAL_H
 
 #include <stdint.h>
 
-static inline float nsdf_block_value(const float *t, uint32_t degree, const float u[3]) {
-    const float x = u[0], y = u[1], z = u[2];
-    float value = t[0] + t[1] * x + t[2] * y + t[3] * z;
+#ifndef NSDF_POLYNOMIAL_REAL
+#define NSDF_POLYNOMIAL_REAL float
+#define NSDF_POLYNOMIAL_INLINE static inline
+#endif
+
+NSDF_POLYNOMIAL_INLINE NSDF_POLYNOMIAL_REAL nsdf_block_value(const float *t, uint32_t degree,
+                                                             const NSDF_POLYNOMIAL_REAL u[3]) {
+    const NSDF_POLYNOMIAL_REAL x = u[0], y = u[1], z = u[2];
+    NSDF_POLYNOMIAL_REAL value = t[0] + t[1] * x + t[2] * y + t[3] * z;
     if (degree >= 2)
         value += x * (t[4] * x + t[5] * y + t[6] * z) + y * (t[7] * y + t[8] * z) + z * (t[9] * z);
     if (degree >= 3)
@@ -15,11 +22,11 @@ static inline float nsdf_block_value(const float *t, uint32_t degree, const floa
     return value;
 }
 
-static inline void nsdf_block_slope(const float *t, uint32_t degree, const float u[3], float slope[3]) {
-    const float x = u[0], y = u[1], z = u[2];
-    slope[0] = t[1];
-    slope[1] = t[2];
-    slope[2] = t[3];
+NSDF_POLYNOMIAL_INLINE void nsdf_block_slope(const float *t, uint32_t degree, const NSDF_POLYNOMIAL_REAL u[3],
+                                             NSDF_POLYNOMIAL_REAL slope[3]) {
+    const NSDF_POLYNOMIAL_REAL x = u[0], y = u[1], z = u[2];
+    for (int axis = 0; axis < 3; axis++)
+        slope[axis] = (NSDF_POLYNOMIAL_REAL){0} + t[1 + axis];
     if (degree >= 2) {
         slope[0] += 2.0f * t[4] * x + t[5] * y + t[6] * z;
         slope[1] += t[5] * x + 2.0f * t[7] * y + t[8] * z;

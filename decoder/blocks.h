@@ -21,13 +21,17 @@ typedef struct nsdf_block {
     float terms[NSDF_BLOCK_TERMS]; /* coefficients of monomials, see blocks_compose.c */
 } nsdf_block;
 
-enum { NSDF_BLOCK_GROUP = 16 };
+enum {
+    NSDF_BLOCK_GROUP = 16,
+    NSDF_BLOCK_RUN = 192 /* points that are worked on together best */
+};
 
 /* Blocks as elements of surface, side by side in their order. */
 typedef struct nsdf_block_group {
     float centre[3][NSDF_BLOCK_GROUP]; /* further than any domain is long when a block is not there */
     /* outward normal times the area that the block stands for, over 4 pi; 0 when it is not there */
     float dipole[3][NSDF_BLOCK_GROUP];
+    float reach[NSDF_BLOCK_GROUP]; /* no point of the ball is further from the centre; a little larger, for rounding */
 } nsdf_block_group;
 
 /* Balls that hold the centres of a group's blocks, of as many groups side by side; far away where no block is there. */
@@ -49,6 +53,7 @@ typedef struct nsdf_blocks {
     const nsdf_blocks_desc *desc;
     const float *values;                   /* the part's parameters */
     nsdf_block *blocks;                    /* [block_count] */
+    float largest_radius;                  /* of all balls, at rest */
     int moving;                            /* some coefficients are splines over time */
     double *bones;                         /* [bone_count][12]: [3][4] rows of M and the centre's position */
     nsdf_block_group *groups;              /* [nsdf_block_groups(block_count)] */
@@ -71,7 +76,8 @@ void nsdf_blocks_init(nsdf_blocks *blocks, const nsdf_blocks_desc *desc, const f
 void nsdf_blocks_compose(nsdf_blocks *blocks, double u);
 
 struct nsdf_block_kernels;
-/* Adds the values at `count` points, 1 to NSDF_TILE, xyz [3][stride], and the gradients [3][stride] if not NULL. */
+/* Adds the values at `count` points, 1 to NSDF_BLOCK_RUN, xyz [3][stride], and the gradients [3][stride] if not NULL.
+ * Quicker for points that lie near each other. */
 void nsdf_blocks_evaluate(const nsdf_blocks *blocks, const struct nsdf_block_kernels *kernels, size_t count,
                           size_t stride, const float *xyz, float *value, float *gradient);
 
@@ -82,8 +88,8 @@ void nsdf_blocks_measure(const nsdf_blocks *blocks, const struct nsdf_block_kern
 
 /* blocks_groups.c: a block with the box of its ball, low then high, into its group, one that is not there out of it,
  * and balls and boxes of groups once all are in theirs. */
-void nsdf_blocks_set_place(nsdf_blocks *blocks, uint32_t k, const float centre[3], const float dipole[3],
-                           const float reach[6]);
+void nsdf_blocks_set_place(nsdf_blocks *blocks, uint32_t k, const float centre[3], const float dipole[3], float reach,
+                           const float box[6]);
 void nsdf_blocks_remove_place(nsdf_blocks *blocks, uint32_t k);
 void nsdf_blocks_bound_groups(nsdf_blocks *blocks);
 

@@ -39,8 +39,10 @@ static void *cut(char **storage, uint64_t bytes) {
 static void choose_cells(nsdf_blocks *b, const float domain_min[3], const float domain_max[3]) {
     const float *radii = b->values + nsdf_block_offset(b->desc, NSDF_BLOCK_RADII);
     double mean = 0.0;
-    for (uint32_t k = 0; k < b->desc->block_count; k++)
+    for (uint32_t k = 0; k < b->desc->block_count; k++) {
         mean += (double)radii[k] / b->desc->block_count;
+        b->largest_radius = radii[k] > b->largest_radius ? radii[k] : b->largest_radius;
+    }
     for (int axis = 0; axis < 3; axis++) {
         const double side = (double)domain_max[axis] - (double)domain_min[axis];
         const double cells = side / (0.75 * mean);
@@ -196,21 +198,33 @@ static int invert_pose(const double p[12], double radius, float map[12]) {
 }
 
 /* The box of { c + radius M v, |v| <= 1 }, a little larger for rounding. */
-static void reach_of(const double p[12], double radius, float reach[6]) {
+static void box_of(const double p[12], double radius, float box[6]) {
     for (int row = 0; row < 3; row++) {
         const double half =
             1.0001 * radius *
             sqrt(p[4 * row] * p[4 * row] + p[4 * row + 1] * p[4 * row + 1] + p[4 * row + 2] * p[4 * row + 2]);
-        reach[row] = (float)(p[4 * row + 3] - half);
-        reach[3 + row] = (float)(p[4 * row + 3] + half);
+        box[row] = (float)(p[4 * row + 3] - half);
+        box[3 + row] = (float)(p[4 * row + 3] + half);
     }
+}
+
+/* The length of the longest M v, by the largest sum of a row of |M M^T|, a little larger for rounding. */
+static float reach_of(const double p[12], double radius) {
+    double most = 0.0;
+    for (int i = 0; i < 3; i++) {
+        double sum = 0.0;
+        for (int j = 0; j < 3; j++)
+            sum += fabs(p[4 * i] * p[4 * j] + p[4 * i + 1] * p[4 * j + 1] + p[4 * i + 2] * p[4 * j + 2]);
+        most = fmax(most, sum);
+    }
+    return (float)(1.0001 * radius * sqrt(most));
 }
 
 /* At rest the block stands for the area pi r^2 / 5 across the slope g of its polynomial's linear part; the map M = U^-1
  * / r takes the area vector n A to det(M) M^-T n A = U^T n A / (r^2 det U).  Over 4 pi. */
 static void place_block(nsdf_blocks *blocks, uint32_t k, const double pose[12]) {
     const nsdf_block *block = &blocks->blocks[k];
-    float centre[3], dipole[3], reach[6];
+    float centre[3], dipole[3], box[6];
     const float *m = block->map, *g = block->terms + 1;
     const float length = sqrtf(g[0] * g[0] + g[1] * g[1] + g[2] * g[2]);
     const float det =
@@ -220,8 +234,8 @@ static void place_block(nsdf_blocks *blocks, uint32_t k, const double pose[12]) 
         dipole[axis] = scale * (m[axis] * g[0] + m[4 + axis] * g[1] + m[8 + axis] * g[2]);
         centre[axis] = (float)pose[4 * axis + 3];
     }
-    reach_of(pose, (double)block->radius, reach);
-    nsdf_blocks_set_place(blocks, k, centre, dipole, reach);
+    box_of(pose, (double)block->radius, box);
+    nsdf_blocks_set_place(blocks, k, centre, dipole, reach_of(pose, (double)block->radius), box);
 }
 
 void nsdf_blocks_compose(nsdf_blocks *blocks, double u) {

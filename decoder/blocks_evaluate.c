@@ -8,13 +8,11 @@
 /* Further than any domain is long. */
 static const float nowhere = 64.0f;
 
-/* Tiles that may meet more balls go point by point. */
-enum { MOST_BLOCKS = 256 };
-
-typedef struct tile {
-    float x[3][NSDF_TILE], f[NSDF_TILE], slope[3][NSDF_TILE];
+/* Points that are worked on at once. */
+typedef struct part {
+    float x[3][NSDF_BLOCK_POINTS], f[NSDF_BLOCK_POINTS], slope[3][NSDF_BLOCK_POINTS];
     nsdf_block_sums sums;
-} tile;
+} part;
 
 static uint32_t cell_of(const nsdf_blocks *b, float x, int axis) {
     const float at = (x - b->low[axis]) * b->inverse_cell[axis];
@@ -43,7 +41,7 @@ static void add_slopes(const nsdf_block *block, uint32_t degree, const float u[3
 }
 
 /* Point p alone. */
-static void add_point(const nsdf_blocks *b, size_t p, int slopes, tile *t) {
+static void add_point(const nsdf_blocks *b, size_t p, int slopes, part *t) {
     const float x[3] = {t->x[0][p], t->x[1][p], t->x[2][p]};
     const uint32_t degree = b->desc->degree;
     const uint32_t cell = (cell_of(b, x[2], 2) * b->cells[1] + cell_of(b, x[1], 1)) * b->cells[0] + cell_of(b, x[0], 0);
@@ -62,20 +60,44 @@ static void add_point(const nsdf_blocks *b, size_t p, int slopes, tile *t) {
     }
 }
 
-/* Blocks in ascending order, as the sums are defined. */
-static void add_tile(const nsdf_blocks *b, const nsdf_block_kernels *kernels, size_t count, int slopes, tile *t) {
-    uint32_t list[MOST_BLOCKS];
+/* The blocks that may hold some of the points; returns whether there are not too many. */
+static int find_near(const nsdf_blocks *b, const nsdf_block_kernels *kernels, const float *const x[3], size_t count,
+                     nsdf_near_blocks *near) {
     const uint32_t groups = nsdf_block_groups(b->desc->block_count);
-    const uint32_t met =
-        kernels->meet(b->boxes, b->group_boxes, groups, (const float(*)[NSDF_TILE])t->x, MOST_BLOCKS, list);
-    memset(&t->sums, 0, sizeof t->sums);
-    if (met > MOST_BLOCKS) {
-        for (size_t p = 0; p < count; p++)
-            add_point(b, p, slopes, t);
+    const uint32_t met = kernels->meet(b->boxes, b->group_boxes, groups, x, count, NSDF_NEAR_MOST, near->number);
+    if (met > NSDF_NEAR_MOST)
+        return 0;
+    near->count = met;
+    for (uint32_t i = 0; i < met; i++) {
+        const nsdf_block_group *group = &b->groups[near->number[i] / NSDF_BLOCK_GROUP];
+        const uint32_t k = near->number[i] % NSDF_BLOCK_GROUP;
+        for (int axis = 0; axis < 3; axis++)
+            near->centre[axis][i] = group->centre[axis][k];
+        near->reach[i] = group->reach[k];
+    }
+    for (uint32_t i = met; i % NSDF_BLOCK_GROUP != 0; i++) {
+        for (int axis = 0; axis < 3; axis++)
+            near->centre[axis][i] = 1e9f;
+        near->reach[i] = 0.0f;
+    }
+    return 1;
+}
+
+/* Blocks in ascending order, as the sums are defined.  `near` is NULL where they are too many for a run of points: then
+ * they may be few enough for these. */
+static void add_part(const nsdf_blocks *b, const nsdf_block_kernels *kernels, const nsdf_near_blocks *near,
+                     size_t count, int slopes, part *t) {
+    const float *const x[3] = {t->x[0], t->x[1], t->x[2]};
+    nsdf_near_blocks own;
+    if (!near && find_near(b, kernels, x, count, &own))
+        near = &own;
+    if (near) {
+        kernels->sum(b->blocks, near, b->desc->degree, slopes, (const float(*)[NSDF_BLOCK_POINTS])t->x, &t->sums);
         return;
     }
-    for (uint32_t i = 0; i < met; i++)
-        kernels->add(&b->blocks[list[i]], b->desc->degree, slopes, (const float(*)[NSDF_TILE])t->x, &t->sums);
+    memset(&t->sums, 0, sizeof t->sums);
+    for (size_t p = 0; p < count; p++)
+        add_point(b, p, slopes, t);
 }
 
 /* ---- Outside ----------------------------------------------------------------------------------------------- */
@@ -89,9 +111,13 @@ typedef struct far_point {
     float size;     /* |f| */
 } far_point;
 
-static far_point measure_far(const nsdf_blocks *b, const nsdf_block_kernels *kernels, const tile *t, uint32_t p) {
+/* Where |f| is above `enough`, the size may be anything above it: no centre is then as near as that and half the
+ * largest radius. */
+static far_point measure_far(const nsdf_blocks *b, const nsdf_block_kernels *kernels, const part *t, uint32_t p,
+                             float enough) {
     far_point far = {{t->x[0][p], t->x[1][p], t->x[2][p]}, 0, 0.0f, 0.0f};
-    float square = nowhere * nowhere;
+    const float reach = enough < nowhere ? 1.0001f * (enough + 0.5f * b->largest_radius) : nowhere;
+    float square = reach * reach;
     far.nearest = kernels->find_nearest(b->groups, b->balls, nsdf_block_groups(b->desc->block_count), far.x, &square);
     const float d = far.distance = sqrtf(square);
     const float radius = far.nearest < b->desc->block_count ? b->blocks[far.nearest].radius : 0.0f;
@@ -101,8 +127,8 @@ static far_point measure_far(const nsdf_blocks *b, const nsdf_block_kernels *ker
 
 /* The sign tells on which side of the blocks the point is.  The slope of |f| is along the way from the nearest centre,
  * 0 where |f| is at its least or no block is there. */
-static void set_far(const nsdf_blocks *b, const nsdf_block_kernels *kernels, uint32_t p, tile *t) {
-    const far_point far = measure_far(b, kernels, t, p);
+static void set_far(const nsdf_blocks *b, const nsdf_block_kernels *kernels, uint32_t p, part *t) {
+    const far_point far = measure_far(b, kernels, t, p, nowhere);
     const float wound = kernels->wind(b->groups, nsdf_block_groups(b->desc->block_count), far.x);
     const float sign = wound > 0.5f ? -1.0f : 1.0f;
     const uint32_t k = far.nearest;
@@ -115,61 +141,74 @@ static void set_far(const nsdf_blocks *b, const nsdf_block_kernels *kernels, uin
                    : 0.0f;
 }
 
-/* Points of a tile that no ball holds. */
+/* Points of a part that no ball holds. */
 typedef struct far_points {
     size_t count;
-    uint32_t list[NSDF_TILE]; /* their places in the tile */
+    uint32_t list[NSDF_BLOCK_POINTS]; /* their places in the part */
 } far_points;
 
 /* Values, and slopes if wanted, at the points that some ball holds; lists the others. */
-static void set_near(const nsdf_blocks *b, const nsdf_block_kernels *kernels, size_t count, int slopes, tile *t,
-                     far_points *far) {
+static void set_near(const nsdf_blocks *b, const nsdf_block_kernels *kernels, const nsdf_near_blocks *near,
+                     size_t count, int slopes, part *t, far_points *far) {
     far->count = 0;
-    add_tile(b, kernels, count, slopes, t);
-    for (uint32_t p = 0; p < count; p++) {
-        const float weight = t->sums.weight[p], f = t->sums.value[p] / weight;
-        if (!(weight > 0.0f)) {
+    add_part(b, kernels, near, count, slopes, t);
+    for (uint32_t p = 0; p < NSDF_BLOCK_POINTS; p++)
+        t->f[p] = t->sums.value[p] / t->sums.weight[p];
+    for (int axis = 0; slopes && axis < 3; axis++)
+        for (uint32_t p = 0; p < NSDF_BLOCK_POINTS; p++)
+            t->slope[axis][p] =
+                (t->sums.value_slope[axis][p] - t->f[p] * t->sums.weight_slope[axis][p]) / t->sums.weight[p];
+    for (uint32_t p = 0; p < count; p++)
+        if (!(t->sums.weight[p] > 0.0f))
             far->list[far->count++] = p;
-            continue;
-        }
-        t->f[p] = f;
-        for (int axis = 0; slopes && axis < 3; axis++)
-            t->slope[axis][p] = (t->sums.value_slope[axis][p] - f * t->sums.weight_slope[axis][p]) / weight;
-    }
 }
 
-static void gather(size_t count, size_t stride, const float *xyz, tile *t) {
-    for (size_t axis = 0; axis < 3; axis++)
-        for (size_t p = 0; p < NSDF_TILE; p++)
-            t->x[axis][p] = xyz[axis * stride + (p < count ? p : 0)];
+/* The last points of a run are followed by copies of the first one. */
+static size_t gather(size_t from, size_t count, size_t stride, const float *xyz, part *t) {
+    const size_t n = count - from < NSDF_BLOCK_POINTS ? count - from : NSDF_BLOCK_POINTS;
+    for (size_t axis = 0; axis < 3; axis++) {
+        memcpy(t->x[axis], xyz + axis * stride + from, n * sizeof(float));
+        for (size_t p = n; p < NSDF_BLOCK_POINTS; p++)
+            t->x[axis][p] = t->x[axis][0];
+    }
+    return n;
 }
 
 void nsdf_blocks_evaluate(const nsdf_blocks *blocks, const nsdf_block_kernels *kernels, size_t count, size_t stride,
                           const float *xyz, float *value, float *gradient) {
-    tile t;
-    far_points far;
-    gather(count, stride, xyz, &t);
-    set_near(blocks, kernels, count, gradient != NULL, &t, &far);
-    for (size_t i = 0; i < far.count; i++)
-        set_far(blocks, kernels, far.list[i], &t);
-    for (size_t p = 0; p < count; p++) {
-        value[p] += t.f[p];
+    const float *const x[3] = {xyz, xyz + stride, xyz + 2 * stride};
+    nsdf_near_blocks near;
+    const int few = find_near(blocks, kernels, x, count, &near);
+    for (size_t from = 0; from < count; from += NSDF_BLOCK_POINTS) {
+        part t;
+        far_points far;
+        const size_t n = gather(from, count, stride, xyz, &t);
+        set_near(blocks, kernels, few ? &near : NULL, n, gradient != NULL, &t, &far);
+        for (size_t i = 0; i < far.count; i++)
+            set_far(blocks, kernels, far.list[i], &t);
+        for (size_t p = 0; p < n; p++)
+            value[from + p] += t.f[p];
         for (size_t axis = 0; gradient && axis < 3; axis++)
-            gradient[axis * stride + p] += t.slope[axis][p];
+            for (size_t p = 0; p < n; p++)
+                gradient[axis * stride + from + p] += t.slope[axis][p];
     }
 }
 
 void nsdf_blocks_measure(const nsdf_blocks *blocks, const nsdf_block_kernels *kernels, size_t count, size_t stride,
                          const float *xyz, float enough, float *value, uint8_t *exact) {
-    tile t;
-    far_points far;
-    (void)enough;
-    gather(count, stride, xyz, &t);
-    set_near(blocks, kernels, count, 0, &t, &far);
+    const float *const x[3] = {xyz, xyz + stride, xyz + 2 * stride};
+    nsdf_near_blocks near;
+    const int few = find_near(blocks, kernels, x, count, &near);
     memset(exact, 1, count);
-    for (size_t i = 0; i < far.count; i++) {
-        t.f[far.list[i]] = measure_far(blocks, kernels, &t, far.list[i]).size;
-        exact[far.list[i]] = 0;
+    for (size_t from = 0; from < count; from += NSDF_BLOCK_POINTS) {
+        part t;
+        far_points far;
+        const size_t n = gather(from, count, stride, xyz, &t);
+        set_near(blocks, kernels, few ? &near : NULL, n, 0, &t, &far);
+        for (size_t i = 0; i < far.count; i++) {
+            t.f[far.list[i]] = measure_far(blocks, kernels, &t, far.list[i], enough).size;
+            exact[from + far.list[i]] = 0;
+        }
+        memcpy(value + from, t.f, n * sizeof *value);
     }
-    memcpy(value, t.f, count * sizeof *value);
 }

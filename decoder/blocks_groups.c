@@ -5,22 +5,23 @@
 
 #define NOWHERE 1e9f
 
-void nsdf_blocks_set_place(nsdf_blocks *b, uint32_t k, const float centre[3], const float dipole[3],
-                           const float reach[6]) {
+void nsdf_blocks_set_place(nsdf_blocks *b, uint32_t k, const float centre[3], const float dipole[3], float reach,
+                           const float box[6]) {
     nsdf_block_group *g = &b->groups[k / NSDF_BLOCK_GROUP];
     nsdf_block_boxes *boxes = &b->boxes[k / NSDF_BLOCK_GROUP];
     for (int axis = 0; axis < 3; axis++) {
         g->centre[axis][k % NSDF_BLOCK_GROUP] = centre[axis];
         g->dipole[axis][k % NSDF_BLOCK_GROUP] = dipole[axis];
-        boxes->low[axis][k % NSDF_BLOCK_GROUP] = reach[axis];
-        boxes->high[axis][k % NSDF_BLOCK_GROUP] = reach[3 + axis];
+        boxes->low[axis][k % NSDF_BLOCK_GROUP] = box[axis];
+        boxes->high[axis][k % NSDF_BLOCK_GROUP] = box[3 + axis];
     }
+    g->reach[k % NSDF_BLOCK_GROUP] = reach;
 }
 
 void nsdf_blocks_remove_place(nsdf_blocks *b, uint32_t k) {
     static const float centre[3] = {NOWHERE, NOWHERE, NOWHERE}, dipole[3] = {0.0f, 0.0f, 0.0f};
-    static const float reach[6] = {NOWHERE, NOWHERE, NOWHERE, -NOWHERE, -NOWHERE, -NOWHERE};
-    nsdf_blocks_set_place(b, k, centre, dipole, reach);
+    static const float box[6] = {NOWHERE, NOWHERE, NOWHERE, -NOWHERE, -NOWHERE, -NOWHERE};
+    nsdf_blocks_set_place(b, k, centre, dipole, 0.0f, box);
 }
 
 /* The middle is the mean of the centres; the radius a little larger, for rounding. */

@@ -50,12 +50,44 @@ static void mix_second(const nsdf_segment_field *field, float *scratch, const fl
         slope[p] = field->share[0] * slope[p] + field->share[1] * gradient[p];
 }
 
+/* One segment that is a single part of blocks, or NULL. */
+static const nsdf_blocks *blocks_alone(const nsdf_segment_field *field) {
+    const nsdf_segment *first = field->segments[0];
+    const int alone = !field->segments[1] && first->part_count == 1 && first->parts[0].kind == NSDF_PART_BLOCKS;
+    return alone ? &first->parts[0].at.blocks : NULL;
+}
+
+/* Points from number `from` on, as [3][NSDF_BLOCK_RUN]; returns how many. */
+static size_t gather_run(size_t from, size_t count, const float *const xyz[3], float run[3 * NSDF_BLOCK_RUN]) {
+    const size_t n = count - from < NSDF_BLOCK_RUN ? count - from : NSDF_BLOCK_RUN;
+    for (int axis = 0; axis < 3; axis++)
+        memcpy(run + axis * NSDF_BLOCK_RUN, xyz[axis] + from, n * sizeof *run);
+    return n;
+}
+
+static void evaluate_blocks(const nsdf_segment_field *field, const nsdf_blocks *blocks, size_t count,
+                            const float *const xyz[3], float *value, float *const grad[3]) {
+    memset(value, 0, count * sizeof *value);
+    for (size_t from = 0; from < count; from += NSDF_BLOCK_RUN) {
+        float run[3 * NSDF_BLOCK_RUN], slope[3 * NSDF_BLOCK_RUN] = {0.0f};
+        const size_t n = gather_run(from, count, xyz, run);
+        nsdf_blocks_evaluate(blocks, field->block_kernels, n, NSDF_BLOCK_RUN, run, value + from, grad ? slope : NULL);
+        for (int axis = 0; grad && axis < 3; axis++)
+            memcpy(grad[axis] + from, slope + axis * NSDF_BLOCK_RUN, n * sizeof *slope);
+    }
+}
+
 void nsdf_segment_field_evaluate(void *user, uint32_t worker, size_t count, const float *const xyz[3], float *value,
                                  float *const grad[3]) {
     const nsdf_segment_field *field = user;
+    const nsdf_blocks *blocks = blocks_alone(field);
     /* A segment of blocks only has no scratch. */
     float *scratch = field->scratch ? field->scratch + worker * field->scratch_stride : NULL;
     const int wants_gradient = grad && grad[0];
+    if (blocks) {
+        evaluate_blocks(field, blocks, count, xyz, value, wants_gradient ? grad : NULL);
+        return;
+    }
     for (size_t from = 0; from < count; from += NSDF_TILE) {
         const size_t n = count - from < NSDF_TILE ? count - from : NSDF_TILE;
         float tile[3 * NSDF_TILE], sum[NSDF_TILE] = {0.0f}, slope[3 * NSDF_TILE] = {0.0f};
@@ -73,12 +105,11 @@ void nsdf_segment_field_measure(void *user, uint32_t worker, size_t count, const
                                 float *value, uint8_t *exact) {
     const nsdf_segment_field *field = user;
     (void)worker;
-    for (size_t from = 0; from < count; from += NSDF_TILE) {
-        const size_t n = count - from < NSDF_TILE ? count - from : NSDF_TILE;
-        float tile[3 * NSDF_TILE];
-        gather(from, n, xyz, tile);
-        nsdf_blocks_measure(&field->segments[0]->parts[0].at.blocks, field->block_kernels, n, NSDF_TILE, tile, enough,
-                            value + from, exact + from);
+    for (size_t from = 0; from < count; from += NSDF_BLOCK_RUN) {
+        float run[3 * NSDF_BLOCK_RUN];
+        const size_t n = gather_run(from, count, xyz, run);
+        nsdf_blocks_measure(blocks_alone(field), field->block_kernels, n, NSDF_BLOCK_RUN, run, enough, value + from,
+                            exact + from);
     }
 }
 
@@ -90,10 +121,8 @@ static int has_blocks(const nsdf_segment *segment) {
 }
 
 nsdf_field nsdf_segment_field_view(nsdf_segment_field *field) {
-    const nsdf_segment *first = field->segments[0];
     /* What is quicker than evaluation gives no signs, which a mix needs. */
-    const int blocks_alone = !field->segments[1] && first->part_count == 1 && first->parts[0].kind == NSDF_PART_BLOCKS;
-    nsdf_field view = {field, nsdf_segment_field_evaluate, blocks_alone ? nsdf_segment_field_measure : NULL,
-                       has_blocks(first) || has_blocks(field->segments[1])};
+    nsdf_field view = {field, nsdf_segment_field_evaluate, blocks_alone(field) ? nsdf_segment_field_measure : NULL,
+                       has_blocks(field->segments[0]) || has_blocks(field->segments[1])};
     return view;
 }

@@ -9,7 +9,7 @@
 #include "net_kernels.h"
 #include "network.h"
 
-enum { TILES = 64, HIDDEN = 3, BALLS = 64, DEGREE = 2 };
+enum { TILES = 64, HIDDEN = 3, BALLS = 64, PARTS = 3, DEGREE = 2 };
 
 static const uint32_t widths[] = {16, 32, 64, 80, 128};
 enum { WIDTHS = sizeof widths / sizeof *widths };
@@ -91,17 +91,18 @@ static void add_network(kernels_list *list, uint32_t width, bench_isa isa, const
 typedef struct block_subject {
     const nsdf_block_kernels *kernels;
     nsdf_block blocks[BALLS];
-    float x[3][NSDF_TILE];
+    nsdf_near_blocks near;
+    float x[3][NSDF_BLOCK_POINTS];
     nsdf_block_sums sums;
 } block_subject;
 
-/* Balls that hold all points of the tile, so that nothing is computed in vain. */
+/* Balls that hold all points, so that nothing is computed in vain. */
 static block_subject *create_blocks(const nsdf_block_kernels *kernels) {
     block_subject *s = bench_allocate_zeroed(1, sizeof *s);
     uint32_t random = 5;
     s->kernels = kernels;
     for (int axis = 0; axis < 3; axis++)
-        for (int p = 0; p < NSDF_TILE; p++)
+        for (int p = 0; p < NSDF_BLOCK_POINTS; p++)
             s->x[axis][p] = 0.1f * next(&random);
     for (int k = 0; k < BALLS; k++) {
         for (int i = 0; i < 12; i++)
@@ -109,14 +110,16 @@ static block_subject *create_blocks(const nsdf_block_kernels *kernels) {
         for (int i = 0; i < NSDF_BLOCK_TERMS; i++)
             s->blocks[k].terms[i] = next(&random);
         s->blocks[k].radius = s->blocks[k].life = 1.0f;
+        s->near.number[k] = (uint32_t)k;
+        s->near.reach[k] = 1.0f;
     }
+    s->near.count = BALLS;
     return s;
 }
 
 static void add_balls(block_subject *s, int slopes) {
-    memset(&s->sums, 0, sizeof s->sums);
-    for (int k = 0; k < BALLS; k++)
-        s->kernels->add(&s->blocks[k], DEGREE, slopes, (const float(*)[NSDF_TILE])s->x, &s->sums);
+    for (int i = 0; i < PARTS; i++)
+        s->kernels->sum(s->blocks, &s->near, DEGREE, slopes, (const float(*)[NSDF_BLOCK_POINTS])s->x, &s->sums);
 }
 
 static void run_blocks_value(void *data) {
@@ -129,7 +132,7 @@ static void run_blocks_gradient(void *data) {
 
 static void add_blocks(kernels_list *list, bench_isa isa, const nsdf_block_kernels *kernels) {
     block_subject *s = create_blocks(kernels);
-    const double hits = (double)BALLS * NSDF_TILE;
+    const double hits = (double)BALLS * PARTS * NSDF_BLOCK_POINTS;
     kernels_entry entry = {"decode", isa, KERNELS_FLOP, VALUE_FLOP * hits, hits, "hits", -1};
     entry.compared = kernels_add(list, &entry, "blocks: value", run_blocks_value, s);
     /* along: 15, slope: 18, w: 3, v: 7 x 3, sums: 6 */

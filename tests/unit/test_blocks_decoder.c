@@ -385,7 +385,8 @@ static void assert_nearest(const nsdf_blocks *b, const nsdf_block_kernels *kerne
 static void assert_met(const nsdf_blocks *b, const nsdf_block_kernels *kernels, const float x[3][NSDF_TILE]) {
     uint32_t list[1000], count = 0;
     const uint32_t groups = nsdf_block_groups(b->desc->block_count);
-    const uint32_t met = kernels->meet(b->boxes, b->group_boxes, groups, x, 1000, list);
+    const float *const points[3] = {x[0], x[1], x[2]};
+    const uint32_t met = kernels->meet(b->boxes, b->group_boxes, groups, points, NSDF_TILE, 1000, list);
     for (uint32_t k = 0; k < b->desc->block_count; k++) {
         int apart = !(b->blocks[k].radius > 0.0f);
         for (int axis = 0; axis < 3; axis++) {
@@ -403,8 +404,8 @@ static void assert_met(const nsdf_blocks *b, const nsdf_block_kernels *kernels, 
     }
     assert_int_equal(count, met);
     if (met > 0) {
-        assert_int_equal(kernels->meet(b->boxes, b->group_boxes, groups, x, met, list), met);
-        assert_int_equal(kernels->meet(b->boxes, b->group_boxes, groups, x, met - 1, list), met);
+        assert_int_equal(kernels->meet(b->boxes, b->group_boxes, groups, points, NSDF_TILE, met, list), met);
+        assert_int_equal(kernels->meet(b->boxes, b->group_boxes, groups, points, NSDF_TILE, met - 1, list), met);
     }
 }
 
