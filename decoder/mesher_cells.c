@@ -45,6 +45,10 @@ static void count_bricks(void *data, uint32_t task, uint32_t worker) {
     for (uint32_t i = first; i < first + count; i++) {
         uint32_t neighbours[8];
         nsdf_corner_rows rows;
+        if (!nsdf_grid_brick(mesher, i)->crossed) {
+            nsdf_grid_brick(mesher, i)->vertex_count = nsdf_grid_brick(mesher, i)->triangle_count = 0;
+            continue;
+        }
         nsdf_grid_neighbours(mesher, i, neighbours);
         nsdf_gather_corners(mesher, neighbours, &rows);
         rank_edges(nsdf_grid_brick(mesher, i));
@@ -107,81 +111,118 @@ static nsdf_status reserve_storage(nsdf_mesher *mesher) {
 
 /* ---- Filling ----------------------------------------------------------------------------------------------- */
 
-static float corner_value(const nsdf_mesher *mesher, const uint32_t neighbours[8], const uint32_t corner[3]) {
-    const uint32_t owner = neighbours[corner[0] >> 3 | corner[1] >> 3 << 1 | corner[2] >> 3 << 2];
-    const uint32_t local = 64 * (corner[2] & 7) + 8 * (corner[1] & 7) + (corner[0] & 7);
-    return ((const float *)mesher->values.data)[(size_t)owner * NSDF_BRICK_CORNERS + local];
+/* Vertices of the edges around a brick's cells, by axis and the corner where they start; others are not set. */
+enum { EDGE_ROW = 9, EDGE_SLICE = EDGE_ROW * EDGE_ROW, EDGE_AXIS = EDGE_SLICE * EDGE_ROW };
+typedef struct edge_vertices {
+    uint32_t number[3 * EDGE_AXIS];
+} edge_vertices;
+
+static uint32_t edge_slot(uint32_t axis, uint32_t x, uint32_t y, uint32_t z) {
+    return axis * EDGE_AXIS + z * EDGE_SLICE + y * EDGE_ROW + x;
 }
 
-/* The vertex of the edge from `corner` (in the brick) along `axis`. */
-static void place_vertex(const nsdf_mesher *mesher, const nsdf_brick *brick, const uint32_t neighbours[8],
-                         const uint32_t corner[3], int axis, uint32_t vertex) {
-    uint32_t end[3] = {corner[0], corner[1], corner[2]};
-    end[axis]++;
-    const double a = (double)corner_value(mesher, neighbours, corner);
-    const double b = (double)corner_value(mesher, neighbours, end);
+/* Where a vertex lies on its edge, between the corners with values a and b. */
+static double fraction_of(double a, double b) {
     /* A border value says that the surface ends there, not where it would be. */
-    const int capped_low = a > (double)NSDF_FIELD_LIMIT, capped_high = b > (double)NSDF_FIELD_LIMIT;
-    double t = capped_low ? 0 : capped_high ? 1 : a / (a - b);
-    t = t < least_fraction ? least_fraction : t > 1 - least_fraction ? 1 - least_fraction : t;
-    float *position = mesher->storage->positions + 3 * (size_t)vertex;
-    for (int i = 0; i < 3; i++) {
-        const float *at = mesher->grid.corners[i] + 8u * brick->at[i] + corner[i];
-        position[i] = i == axis ? (float)((double)at[0] + t * ((double)at[1] - (double)at[0])) : at[0];
-    }
-    ((uint8_t *)mesher->loose.data)[vertex] = capped_low || capped_high ? NSDF_VERTEX_ON_BORDER : 0;
+    const double t = a > (double)NSDF_FIELD_LIMIT ? 0 : b > (double)NSDF_FIELD_LIMIT ? 1 : a / (a - b);
+    return t < least_fraction ? least_fraction : t > 1 - least_fraction ? 1 - least_fraction : t;
 }
 
-static void place_vertices(const nsdf_mesher *mesher, const nsdf_brick *brick, const uint32_t neighbours[8]) {
+/* The vertex of the edge from corner number `local` in the brick along `axis`; values are the brick's, and those of the
+ * next one along the axis. */
+static void place_vertex(const nsdf_mesher *mesher, const nsdf_brick *brick, const float *const values[2],
+                         uint32_t local, uint32_t axis, uint32_t vertex) {
+    static const uint32_t strides[3] = {1, 8, 64};
+    const uint32_t corner[3] = {local & 7, local >> 3 & 7, local >> 6}, stride = strides[axis];
+    const float a = values[0][local], b = corner[axis] < 7 ? values[0][local + stride] : values[1][local - 7 * stride];
+    float *position = mesher->storage->positions + 3 * (size_t)vertex;
+    for (uint32_t i = 0; i < 3; i++)
+        position[i] = mesher->grid.corners[i][8u * brick->at[i] + corner[i]];
+    const double low = (double)position[axis];
+    const double high = (double)mesher->grid.corners[axis][8u * brick->at[axis] + corner[axis] + 1];
+    position[axis] = (float)(low + fraction_of((double)a, (double)b) * (high - low));
+    ((uint8_t *)mesher->loose.data)[vertex] = a > NSDF_FIELD_LIMIT || b > NSDF_FIELD_LIMIT ? NSDF_VERTEX_ON_BORDER : 0;
+}
+
+static const float *values_of(const nsdf_mesher *mesher, uint32_t brick) {
+    return brick == NSDF_NO_BRICK ? NULL : (const float *)mesher->values.data + (size_t)brick * NSDF_BRICK_CORNERS;
+}
+
+static void place_vertices(const nsdf_mesher *mesher, const uint32_t neighbours[8], edge_vertices *vertices) {
+    const nsdf_brick *brick = nsdf_grid_brick(mesher, neighbours[0]);
     uint32_t vertex = brick->first_vertex;
-    for (int axis = 0; axis < 3; axis++) {
+    for (uint32_t axis = 0; axis < 3; axis++) {
+        const float *const values[2] = {values_of(mesher, neighbours[0]), values_of(mesher, neighbours[1u << axis])};
         for (uint32_t z = 0; z < 8; z++) {
             for (uint64_t bits = brick->edges[axis][z]; bits; bits &= bits - 1) {
-                const uint32_t bit = nsdf_mesher_lowest(bits), corner[3] = {bit & 7, bit >> 3, z};
-                place_vertex(mesher, brick, neighbours, corner, axis, vertex++);
+                const uint32_t bit = nsdf_mesher_lowest(bits);
+                vertices->number[edge_slot(axis, bit & 7, bit >> 3, z)] = vertex;
+                place_vertex(mesher, brick, values, 64 * z + bit, axis, vertex++);
             }
         }
     }
 }
 
-/* The vertex on an edge of the cell at x, y, z of a brick. */
-static uint32_t vertex_on_edge(const nsdf_brick *const owners[8], uint32_t x, uint32_t y, uint32_t z, uint32_t edge) {
-    static const uint8_t step[12][3] = {{0, 0, 0}, {0, 1, 0}, {0, 0, 1}, {0, 1, 1}, {0, 0, 0}, {1, 0, 0},
-                                        {0, 0, 1}, {1, 0, 1}, {0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {1, 1, 0}};
-    const uint32_t axis = edge >> 2;
-    x += step[edge][0];
-    y += step[edge][1];
-    z += step[edge][2];
-    const nsdf_brick *owner = owners[x >> 3 | y >> 3 << 1 | z >> 3 << 2];
-    const uint64_t before = ((uint64_t)1 << (8 * (y & 7) + (x & 7))) - 1;
-    return owner->first_vertex + owner->rank[axis][z & 7] + nsdf_mesher_popcount(owner->edges[axis][z & 7] & before);
+/* The vertices of neighbour dx + 2 dy + 4 dz, on edges along the faces that it shares with the brick. */
+static void add_neighbour(const nsdf_brick *owner, uint32_t neighbour, edge_vertices *vertices) {
+    const uint32_t dx = neighbour & 1, dy = neighbour >> 1 & 1, dz = neighbour >> 2;
+    const uint64_t side = (dx ? 0x0101010101010101u : UINT64_MAX) & (dy ? 0xffu : UINT64_MAX);
+    for (uint32_t axis = 0; axis < 3; axis++) {
+        if (neighbour >> axis & 1)
+            continue;
+        for (uint32_t z = 0; z < (dz ? 1 : 8); z++) {
+            const uint64_t edges = owner->edges[axis][z];
+            for (uint64_t bits = edges & side; bits; bits &= bits - 1) {
+                const uint32_t bit = nsdf_mesher_lowest(bits);
+                const uint64_t before = edges & (((uint64_t)1 << bit) - 1);
+                vertices->number[edge_slot(axis, (bit & 7) + 8 * dx, (bit >> 3) + 8 * dy, z + 8 * dz)] =
+                    owner->first_vertex + owner->rank[axis][z] + nsdf_mesher_popcount(before);
+            }
+        }
+    }
 }
 
-static uint32_t *add_cell(const nsdf_brick *const owners[8], const nsdf_corner_rows *rows, uint32_t x, uint32_t y,
+/* The triangles of the cell at x, y, z of a brick. */
+static uint32_t *add_cell(const edge_vertices *vertices, const nsdf_corner_rows *rows, uint32_t x, uint32_t y,
                           uint32_t z, uint32_t *indices) {
+    static const uint16_t slot[12] = {0,
+                                      EDGE_ROW,
+                                      EDGE_SLICE,
+                                      EDGE_SLICE + EDGE_ROW,
+                                      EDGE_AXIS,
+                                      EDGE_AXIS + 1,
+                                      EDGE_AXIS + EDGE_SLICE,
+                                      EDGE_AXIS + EDGE_SLICE + 1,
+                                      2 * EDGE_AXIS,
+                                      2 * EDGE_AXIS + 1,
+                                      2 * EDGE_AXIS + EDGE_ROW,
+                                      2 * EDGE_AXIS + EDGE_ROW + 1};
+    const uint32_t *number = vertices->number + edge_slot(0, x, y, z);
     const uint32_t cell = case_of_cell(rows, x, y, z);
     for (uint32_t i = nsdf_mc_first[cell]; i < nsdf_mc_first[cell + 1]; i++)
         for (int k = 0; k < 3; k++)
-            *indices++ = vertex_on_edge(owners, x, y, z, nsdf_mc_triangles[i][k]);
+            *indices++ = number[slot[nsdf_mc_triangles[i][k]]];
     return indices;
 }
 
 static void fill_brick(const nsdf_mesher *mesher, uint32_t index) {
-    const nsdf_brick *brick = nsdf_grid_brick(mesher, index), *owners[8];
+    const nsdf_brick *brick = nsdf_grid_brick(mesher, index);
     uint32_t neighbours[8];
     nsdf_corner_rows rows;
+    edge_vertices vertices;
     uint64_t mixed[8];
     nsdf_grid_neighbours(mesher, index, neighbours);
-    for (int i = 0; i < 8; i++)
-        owners[i] = neighbours[i] == NSDF_NO_BRICK ? NULL : nsdf_grid_brick(mesher, neighbours[i]);
-    place_vertices(mesher, brick, neighbours);
+    place_vertices(mesher, neighbours, &vertices);
+    for (uint32_t i = 1; i < 7; i++)
+        if (neighbours[i] != NSDF_NO_BRICK)
+            add_neighbour(nsdf_grid_brick(mesher, neighbours[i]), i, &vertices);
     nsdf_gather_corners(mesher, neighbours, &rows);
     nsdf_mixed_cells(&rows, mixed);
     uint32_t *indices = mesher->storage->indices + 3 * (size_t)brick->first_triangle;
     for (uint32_t z = 0; z < 8; z++) {
         for (uint64_t bits = mixed[z]; bits; bits &= bits - 1) {
             const uint32_t bit = nsdf_mesher_lowest(bits);
-            indices = add_cell(owners, &rows, bit & 7, bit >> 3, z, indices);
+            indices = add_cell(&vertices, &rows, bit & 7, bit >> 3, z, indices);
         }
     }
 }
@@ -192,8 +233,7 @@ static void fill_bricks(void *data, uint32_t task, uint32_t worker) {
     const uint32_t count = nsdf_min_u32(mesher->brick_count - first, NSDF_BRICKS_PER_TASK);
     (void)worker;
     for (uint32_t i = first; i < first + count; i++) {
-        const nsdf_brick *brick = nsdf_grid_brick(mesher, i);
-        if (brick->vertex_count || brick->triangle_count)
+        if (nsdf_grid_brick(mesher, i)->crossed)
             fill_brick(mesher, i);
     }
 }

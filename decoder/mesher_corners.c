@@ -91,17 +91,19 @@ static void look_at(const nsdf_mesher *mesher, uint32_t index) {
     nsdf_brick *brick = nsdf_grid_brick(mesher, index);
     uint32_t neighbours[8];
     nsdf_corner_rows rows;
-    uint64_t mixed[8], missing = 0;
+    uint64_t mixed[8], missing = 0, any = 0;
     nsdf_grid_neighbours(mesher, index, neighbours);
     if (!is_changed(mesher, neighbours))
         return;
     nsdf_gather_corners(mesher, neighbours, &rows);
     nsdf_mixed_cells(&rows, mixed);
-    find_edges(brick, &rows);
+    find_edges(brick, &rows); /* each is one of a mixed cell of the brick */
     for (int z = 0; z < 8; z++) {
+        any |= mixed[z];
         missing |= mixed[z] & ~brick->cells[z];
         brick->cells[z] |= mixed[z];
     }
+    brick->crossed = any != 0;
     if (missing)
         brick->upper = nsdf_brick_upper(brick);
     for (uint32_t side = 1; side < 7; side++)

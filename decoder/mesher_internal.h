@@ -39,6 +39,7 @@ typedef struct nsdf_brick {
     uint32_t first_point, point_count; /* of its corners in the list of points */
     uint16_t at[3];                    /* position in the grid of bricks */
     uint8_t fresh;                     /* corners became known since the bricks were looked at */
+    uint8_t crossed;                   /* by the surface: some cell has known corners of both signs */
     uint8_t upper, lower;              /* bit dx + 2 dy + 4 dz: neighbours that its cells, or mixed sides, need */
 } nsdf_brick;
 
@@ -121,7 +122,11 @@ static inline uint32_t nsdf_mesher_popcount(uint64_t bits) {
 
 /* Number of the lowest bit that is set; bits != 0. */
 static inline uint32_t nsdf_mesher_lowest(uint64_t bits) {
+#ifdef __GNUC__
+    return (uint32_t)__builtin_ctzll(bits);
+#else
     return nsdf_mesher_popcount((bits & (0 - bits)) - 1);
+#endif
 }
 
 static inline uint32_t nsdf_min_u32(uint32_t a, uint32_t b) {

@@ -1,8 +1,6 @@
 /* Coarse to fine: cubes of 32 cells, of 16, down to 2; those that cannot have the surface in them are dropped. */
 #include "mesher_internal.h"
 
-#include <math.h>
-
 enum { COARSEST = 32, FINEST = 2 };
 
 static nsdf_status cover_with_cubes(nsdf_mesher *mesher) {
@@ -42,21 +40,29 @@ static nsdf_status evaluate_centres(nsdf_mesher *mesher, uint32_t size) {
     return status;
 }
 
+/* Squared radius of the ball about a cube's centre that holds the cube, in cells, and whether it touches the border. */
+static uint32_t reach_of_cube(const nsdf_mesher *mesher, const nsdf_cube *cube, uint32_t size, const uint16_t centre[3],
+                              int *border) {
+    uint32_t square = 0;
+    *border = 0;
+    for (int a = 0; a < 3; a++) {
+        const uint32_t cells = mesher->grid.cells[a], high = nsdf_min_u32(cube->at[a] + size, cells);
+        const uint32_t below = (uint32_t)centre[a] - cube->at[a], above = high - centre[a];
+        const uint32_t reach = below > above ? below : above;
+        square += reach * reach;
+        *border |= cube->at[a] == 0 || high == cells;
+    }
+    return square;
+}
+
 /* Whether the bound leaves room for a change of sign between the corners of the cube.  A cube that is inside the
  * surface and touches the border has the cap there. */
 static int may_hold_surface(const nsdf_mesher *mesher, const nsdf_cube *cube, uint32_t size, const uint16_t centre[3],
                             float value) {
-    double square = 0;
-    int border = 0;
-    for (int a = 0; a < 3; a++) {
-        const uint32_t cells = mesher->grid.cells[a], high = nsdf_min_u32(cube->at[a] + size, cells);
-        const uint32_t below = (uint32_t)centre[a] - cube->at[a], above = high - centre[a];
-        const double reach = below > above ? below : above;
-        square += reach * reach;
-        border |= cube->at[a] == 0 || high == cells;
-    }
-    const double radius = mesher->grid.step * sqrt(square);
-    return !(fabs((double)value) > (double)mesher->job->bound * radius) || (border && value < 0);
+    int border;
+    const double square = reach_of_cube(mesher, cube, size, centre, &border);
+    const double change = (double)mesher->job->bound * mesher->grid.step, size_square = (double)value * (double)value;
+    return !(size_square > change * change * square) || (border && value < 0);
 }
 
 static void drop_cubes(nsdf_mesher *mesher, uint32_t size) {

@@ -3,7 +3,6 @@
  * in the order of the mesh. */
 #include "mesher_internal.h"
 
-#include <math.h>
 #include <string.h>
 
 typedef struct piece_box {
@@ -22,6 +21,8 @@ static uint32_t find(uint32_t *parent, uint32_t v) {
 }
 
 static void unite(uint32_t *parent, uint32_t a, uint32_t b) {
+    if (parent[a] == parent[b])
+        return;
     a = find(parent, a);
     b = find(parent, b);
     if (a < b)
@@ -44,8 +45,8 @@ static void unite_triangles(const nsdf_mesh_storage *storage, uint32_t *parent) 
 
 static void extend(piece_box *box, const float position[3]) {
     for (int a = 0; a < 3; a++) {
-        box->low[a] = fminf(box->low[a], position[a]);
-        box->high[a] = fmaxf(box->high[a], position[a]);
+        box->low[a] = position[a] < box->low[a] ? position[a] : box->low[a];
+        box->high[a] = position[a] > box->high[a] ? position[a] : box->high[a];
     }
 }
 
