@@ -198,81 +198,65 @@ TARGET static uint32_t meet(const nsdf_block_boxes *boxes, const nsdf_block_boxe
 
 /* ---- Points in no ball ------------------------------------------------------------------------------------- */
 
-TARGET static float least_of(const float d[NSDF_BLOCK_GROUP]) {
-    float half[NSDF_BLOCK_GROUP / 2];
-    for (int i = 0; i < NSDF_BLOCK_GROUP / 2; i++)
-        half[i] = d[i] < d[i + 8] ? d[i] : d[i + 8];
-    for (int i = 0; i < 4; i++)
-        half[i] = half[i] < half[i + 4] ? half[i] : half[i + 4];
-    const float a = half[0] < half[2] ? half[0] : half[2], b = half[1] < half[3] ? half[1] : half[3];
-    return a < b ? a : b;
-}
-
-/* Distances to the middles of balls. */
-TARGET static void measure_balls(const nsdf_group_balls *balls, const float x[3],
-                                 float out[restrict NSDF_BLOCK_GROUP]) {
-    for (int i = 0; i < NSDF_BLOCK_GROUP; i++) {
-        const float dx = balls->middle[0][i] - x[0], dy = balls->middle[1][i] - x[1], dz = balls->middle[2][i] - x[2];
-        out[i] = sqrtf(dx * dx + dy * dy + dz * dz);
-    }
+/* Squared distances from x, of as many as there are lanes. */
+INLINE lanes squares_from(const float *const at[3], const float x[3]) {
+    const lanes dx = load(at[0]) - x[0], dy = load(at[1]) - x[1], dz = load(at[2]) - x[2];
+    return dx * dx + dy * dy + dz * dz;
 }
 
 /* The group whose ball has the nearest middle. */
-TARGET static uint32_t nearest_ball(const nsdf_group_balls *balls, uint32_t sets, const float x[3]) {
-    float least[NSDF_BLOCK_GROUP];
-    uint32_t set[NSDF_BLOCK_GROUP], found = 0;
-    for (int i = 0; i < NSDF_BLOCK_GROUP; i++) {
-        least[i] = 1e10f;
-        set[i] = 0;
+INLINE uint32_t nearest_ball(const nsdf_group_balls *balls, uint32_t sets, const float x[3]) {
+    uint32_t found = 0;
+    float least = 1e20f;
+    for (uint32_t i = 0; i < sets * NSDF_BLOCK_GROUP; i += LANES) {
+        const nsdf_group_balls *set = &balls[i / NSDF_BLOCK_GROUP];
+        const uint32_t lane = i % NSDF_BLOCK_GROUP;
+        const float *const middle[3] = {set->middle[0] + lane, set->middle[1] + lane, set->middle[2] + lane};
+        const lanes square = squares_from(middle, x);
+        for (uint32_t bits = LANE_BITS(square < least); bits; bits &= bits - 1)
+            if (square[lowest(bits)] < least) {
+                least = square[lowest(bits)];
+                found = i + lowest(bits);
+            }
     }
-    for (uint32_t s = 0; s < sets; s++) {
-        float away[NSDF_BLOCK_GROUP];
-        measure_balls(&balls[s], x, away);
-        for (int i = 0; i < NSDF_BLOCK_GROUP; i++) {
-            set[i] = away[i] < least[i] ? s : set[i];
-            least[i] = away[i] < least[i] ? away[i] : least[i];
-        }
-    }
-    for (uint32_t i = 1; i < NSDF_BLOCK_GROUP; i++)
-        found = least[i] < least[found] ? i : found;
-    return set[found] * NSDF_BLOCK_GROUP + found;
+    return found;
 }
 
-TARGET static void search_group(const nsdf_block_group *group, uint32_t first, const float x[3], float *square,
-                                uint32_t *nearest) {
-    float d[NSDF_BLOCK_GROUP];
-    for (int i = 0; i < NSDF_BLOCK_GROUP; i++) {
-        const float dx = group->centre[0][i] - x[0], dy = group->centre[1][i] - x[1], dz = group->centre[2][i] - x[2];
-        d[i] = dx * dx + dy * dy + dz * dz;
+INLINE void search_group(const nsdf_block_group *group, uint32_t first, const float x[3], float *square,
+                         uint32_t *nearest) {
+    for (uint32_t i = 0; i < NSDF_BLOCK_GROUP; i += LANES) {
+        const float *const centre[3] = {group->centre[0] + i, group->centre[1] + i, group->centre[2] + i};
+        const lanes d = squares_from(centre, x);
+        for (uint32_t bits = LANE_BITS(d < *square); bits; bits &= bits - 1)
+            if (d[lowest(bits)] < *square) {
+                *square = d[lowest(bits)];
+                *nearest = first + i + lowest(bits);
+            }
     }
-    if (!(least_of(d) < *square))
-        return;
-    for (int i = 0; i < NSDF_BLOCK_GROUP; i++)
-        if (d[i] < *square) {
-            *square = d[i];
-            *nearest = first + (uint32_t)i;
-        }
 }
 
-/* Groups whose balls are further away than some centre are left out. */
+/* Groups whose balls are further away than some centre are left out; the group with the nearest middle tells how far
+ * that is, unless the caller wants only what is rather near. */
 TARGET static uint32_t find_nearest(const nsdf_block_group *group, const nsdf_group_balls *balls, uint32_t groups,
                                     const float x[3], float *square) {
-    const uint32_t sets = nsdf_block_groups(groups), probe = nearest_ball(balls, sets, x);
+    const uint32_t sets = nsdf_block_groups(groups);
     uint32_t nearest = groups * NSDF_BLOCK_GROUP, unused;
     float bound = *square;
-    search_group(&group[probe < groups ? probe : 0], 0, x, &bound, &unused);
+    if (bound > 1.0f) {
+        const uint32_t probe = nearest_ball(balls, sets, x);
+        search_group(&group[probe < groups ? probe : 0], 0, x, &bound, &unused);
+    }
     const float limit = 1.0001f * sqrtf(bound) + 1e-6f;
-    for (uint32_t s = 0; s < sets; s++) {
-        float spare[NSDF_BLOCK_GROUP];
-        measure_balls(&balls[s], x, spare);
-        for (int i = 0; i < NSDF_BLOCK_GROUP; i++)
-            spare[i] -= balls[s].radius[i] + limit;
-        if (least_of(spare) > 0.0f)
-            continue;
-        for (uint32_t i = 0; i < NSDF_BLOCK_GROUP && s * NSDF_BLOCK_GROUP + i < groups; i++)
-            if (spare[i] <= 0.0f)
-                search_group(&group[s * NSDF_BLOCK_GROUP + i], (s * NSDF_BLOCK_GROUP + i) * NSDF_BLOCK_GROUP, x, square,
-                             &nearest);
+    for (uint32_t i = 0; i < sets * NSDF_BLOCK_GROUP; i += LANES) {
+        const nsdf_group_balls *set = &balls[i / NSDF_BLOCK_GROUP];
+        const uint32_t lane = i % NSDF_BLOCK_GROUP;
+        const float *const middle[3] = {set->middle[0] + lane, set->middle[1] + lane, set->middle[2] + lane};
+        const lanes reach = load(set->radius + lane) + limit;
+        for (uint32_t bits = LANE_BITS(squares_from(middle, x) <= reach * reach); bits; bits &= bits - 1) {
+            const uint32_t g = i + lowest(bits);
+            if (g < groups)
+                search_group(&group[g], g * NSDF_BLOCK_GROUP, x, square, &nearest);
+        }
     }
     return nearest;
 }
@@ -280,15 +264,21 @@ TARGET static uint32_t find_nearest(const nsdf_block_group *group, const nsdf_gr
 /* Sums by places within the groups, then over the places. */
 TARGET static float wind(const nsdf_block_group *group, uint32_t groups, const float x[3]) {
     float sums[NSDF_BLOCK_GROUP], sum = 0.0f;
-    for (int i = 0; i < NSDF_BLOCK_GROUP; i++)
-        sums[i] = 0.0f;
-    for (uint32_t g = 0; g < groups; g++)
-        for (int i = 0; i < NSDF_BLOCK_GROUP; i++) {
-            const float dx = group[g].centre[0][i] - x[0], dy = group[g].centre[1][i] - x[1];
-            const float dz = group[g].centre[2][i] - x[2], square = dx * dx + dy * dy + dz * dz + 1e-12f;
-            const float flow = group[g].dipole[0][i] * dx + group[g].dipole[1][i] * dy + group[g].dipole[2][i] * dz;
-            sums[i] += flow / (square * sqrtf(square));
+    for (int first = 0; first < NSDF_BLOCK_GROUP; first += LANES) {
+        lanes part = {0};
+        for (uint32_t g = 0; g < groups; g++) {
+            const nsdf_block_group *b = &group[g];
+            const lanes dx = load(b->centre[0] + first) - x[0], dy = load(b->centre[1] + first) - x[1];
+            const lanes dz = load(b->centre[2] + first) - x[2], square = dx * dx + dy * dy + dz * dz + 1e-12f;
+            lanes root;
+            for (int i = 0; i < LANES; i++)
+                root[i] = sqrtf(square[i]);
+            part +=
+                (load(b->dipole[0] + first) * dx + load(b->dipole[1] + first) * dy + load(b->dipole[2] + first) * dz) /
+                (square * root);
         }
+        store(sums + first, part);
+    }
     for (int i = 0; i < NSDF_BLOCK_GROUP; i++)
         sum += sums[i];
     return sum;
