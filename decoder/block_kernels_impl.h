@@ -37,35 +37,33 @@ INLINE uint32_t lowest(uint32_t bits) {
 
 /* ---- Points in balls --------------------------------------------------------------------------------------- */
 
-/* A ball around points: a middle and a radius, a little larger for rounding. */
-INLINE void bound_ball(const float x[3][NSDF_BLOCK_POINTS], float ball[4]) {
-    float most = 0.0f;
+/* The box of points: its middle, and half of its sides, a little larger for rounding. */
+INLINE void bound_part(const float x[3][NSDF_BLOCK_POINTS], float middle[3], float half[3]) {
     for (int axis = 0; axis < 3; axis++) {
         float low = x[axis][0], high = x[axis][0];
         for (int p = 1; p < NSDF_BLOCK_POINTS; p++) {
             low = x[axis][p] < low ? x[axis][p] : low;
             high = x[axis][p] > high ? x[axis][p] : high;
         }
-        ball[axis] = 0.5f * (low + high);
+        middle[axis] = 0.5f * (low + high);
+        half[axis] = 0.5001f * (high - low) + 1e-6f;
     }
-    for (int p = 0; p < NSDF_BLOCK_POINTS; p++) {
-        const float dx = x[0][p] - ball[0], dy = x[1][p] - ball[1], dz = x[2][p] - ball[2];
-        const float square = dx * dx + dy * dy + dz * dz;
-        most = square > most ? square : most;
-    }
-    ball[3] = 1.0001f * sqrtf(most) + 1e-6f;
 }
 
-/* Lists the near blocks whose balls may meet that of the points. */
+/* Lists the near blocks whose balls may meet the points' box. */
 INLINE uint32_t select_near(const nsdf_near_blocks *near, const float x[3][NSDF_BLOCK_POINTS], uint32_t *list) {
-    float ball[4];
+    float middle[3], half[3];
     uint32_t count = 0;
-    bound_ball(x, ball);
+    bound_part(x, middle, half);
     for (uint32_t first = 0; first < near->count; first += LANES) {
-        const lanes dx = load(near->centre[0] + first) - ball[0], dy = load(near->centre[1] + first) - ball[1];
-        const lanes dz = load(near->centre[2] + first) - ball[2], reach = load(near->reach + first) + ball[3];
-        const lane_masks apart = dx * dx + dy * dy + dz * dz > reach * reach;
-        for (uint32_t bits = LANE_BITS(~apart); bits; bits &= bits - 1)
+        const lanes reach = load(near->reach + first);
+        lanes square = {0};
+        for (int axis = 0; axis < 3; axis++) {
+            const lanes away = load(near->centre[axis] + first) - middle[axis];
+            const lanes beyond = (lanes)((lane_masks)away & INT32_MAX) - half[axis];
+            square += masked(beyond > 0.0f, beyond * beyond);
+        }
+        for (uint32_t bits = LANE_BITS(~(square > reach * reach)); bits; bits &= bits - 1)
             list[count++] = near->number[first + lowest(bits)];
     }
     return count;

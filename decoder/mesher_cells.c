@@ -1,5 +1,6 @@
 /* Vertices on the grid edges where the sign changes, and the triangles of the cells.  Bricks in the order of the grid,
- * within a brick edges by axis, then z, y, x, and cells by z, y, x: the mesh depends on the field alone. */
+ * within a brick edges by parts, then axis, z, y, x, and cells by z, y, x: the mesh depends on the field alone, and
+ * vertices that follow each other lie near each other. */
 #include "mesher_internal.h"
 #include "mesher_tables.h"
 
@@ -10,12 +11,12 @@ static const double least_fraction = 1e-3;
 
 static void rank_edges(nsdf_brick *brick) {
     uint32_t count = 0;
-    for (int a = 0; a < 3; a++) {
-        for (int z = 0; z < 8; z++) {
-            brick->rank[a][z] = (uint16_t)count;
-            count += nsdf_mesher_popcount(brick->edges[a][z]);
-        }
-    }
+    for (uint32_t part = 0; part < 8; part++)
+        for (uint32_t axis = 0; axis < 3; axis++)
+            for (uint32_t z = 0; z < 4; z++) {
+                brick->rank[part][axis][z] = (uint16_t)count;
+                count += nsdf_mesher_popcount(brick->edges[axis][z + (part & 4)] & nsdf_part_columns(part));
+            }
     brick->vertex_count = count;
 }
 
@@ -148,38 +149,45 @@ static const float *values_of(const nsdf_mesher *mesher, uint32_t brick) {
     return brick == NSDF_NO_BRICK ? NULL : (const float *)mesher->values.data + (size_t)brick * NSDF_BRICK_CORNERS;
 }
 
-static void place_vertices(const nsdf_mesher *mesher, const uint32_t neighbours[8], edge_vertices *vertices) {
+/* The vertices of a part of a brick, from number `vertex` on; returns the next number. */
+static uint32_t place_part(const nsdf_mesher *mesher, const uint32_t neighbours[8], uint32_t part, uint32_t vertex,
+                           edge_vertices *vertices) {
     const nsdf_brick *brick = nsdf_grid_brick(mesher, neighbours[0]);
-    uint32_t vertex = brick->first_vertex;
     for (uint32_t axis = 0; axis < 3; axis++) {
         const float *const values[2] = {values_of(mesher, neighbours[0]), values_of(mesher, neighbours[1u << axis])};
-        for (uint32_t z = 0; z < 8; z++) {
-            for (uint64_t bits = brick->edges[axis][z]; bits; bits &= bits - 1) {
+        for (uint32_t z = part & 4, end = z + 4; z < end; z++) {
+            for (uint64_t bits = brick->edges[axis][z] & nsdf_part_columns(part); bits; bits &= bits - 1) {
                 const uint32_t bit = nsdf_mesher_lowest(bits);
                 vertices->number[edge_slot(axis, bit & 7, bit >> 3, z)] = vertex;
                 place_vertex(mesher, brick, values, 64 * z + bit, axis, vertex++);
             }
         }
     }
+    return vertex;
 }
 
-/* The vertices of neighbour dx + 2 dy + 4 dz, on edges along the faces that it shares with the brick. */
-static void add_neighbour(const nsdf_brick *owner, uint32_t neighbour, edge_vertices *vertices) {
+static void place_vertices(const nsdf_mesher *mesher, const uint32_t neighbours[8], edge_vertices *vertices) {
+    uint32_t vertex = nsdf_grid_brick(mesher, neighbours[0])->first_vertex;
+    for (uint32_t part = 0; part < 8; part++)
+        vertex = place_part(mesher, neighbours, part, vertex, vertices);
+}
+
+/* Of neighbour dx + 2 dy + 4 dz, the vertices with one z on edges along the faces that it shares with the brick. */
+static void add_slice(const nsdf_brick *owner, uint32_t neighbour, uint32_t axis, uint32_t z, edge_vertices *vertices) {
     const uint32_t dx = neighbour & 1, dy = neighbour >> 1 & 1, dz = neighbour >> 2;
     const uint64_t side = (dx ? 0x0101010101010101u : UINT64_MAX) & (dy ? 0xffu : UINT64_MAX);
-    for (uint32_t axis = 0; axis < 3; axis++) {
-        if (neighbour >> axis & 1)
-            continue;
-        for (uint32_t z = 0; z < (dz ? 1 : 8); z++) {
-            const uint64_t edges = owner->edges[axis][z];
-            for (uint64_t bits = edges & side; bits; bits &= bits - 1) {
-                const uint32_t bit = nsdf_mesher_lowest(bits);
-                const uint64_t before = edges & (((uint64_t)1 << bit) - 1);
-                vertices->number[edge_slot(axis, (bit & 7) + 8 * dx, (bit >> 3) + 8 * dy, z + 8 * dz)] =
-                    owner->first_vertex + owner->rank[axis][z] + nsdf_mesher_popcount(before);
-            }
-        }
+    for (uint64_t bits = owner->edges[axis][z] & side; bits; bits &= bits - 1) {
+        const uint32_t bit = nsdf_mesher_lowest(bits), part = (bit >> 2 & 1) | (bit >> 5) << 1 | (z & 4);
+        const uint64_t before = owner->edges[axis][z] & nsdf_part_columns(part) & (((uint64_t)1 << bit) - 1);
+        vertices->number[edge_slot(axis, (bit & 7) + 8 * dx, (bit >> 3) + 8 * dy, z + 8 * dz)] =
+            owner->first_vertex + owner->rank[part][axis][z & 3] + nsdf_mesher_popcount(before);
     }
+}
+
+static void add_neighbour(const nsdf_brick *owner, uint32_t neighbour, edge_vertices *vertices) {
+    for (uint32_t axis = 0; axis < 3; axis++)
+        for (uint32_t z = 0; !(neighbour >> axis & 1) && z < (neighbour & 4 ? 1 : 8); z++)
+            add_slice(owner, neighbour, axis, z, vertices);
 }
 
 /* The triangles of the cell at x, y, z of a brick. */

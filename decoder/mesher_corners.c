@@ -159,8 +159,8 @@ static void list_points(const nsdf_mesher *mesher, uint32_t index) {
     brick->fresh = brick->point_count > 0;
     if (!brick->fresh)
         return;
-    for (uint32_t part = 0; part < 8; part++) { /* 4^3 corners each */
-        const uint64_t columns = (uint64_t)0x0f0f0f0f << (4 * (part & 1) + 32 * (part >> 1 & 1));
+    for (uint32_t part = 0; part < 8; part++) {
+        const uint64_t columns = nsdf_part_columns(part);
         for (uint32_t z = part >> 2 << 2, end = z + 4; z < end; z++) {
             for (uint64_t bits = brick->wanted[z] & columns; bits; bits &= bits - 1, point++) {
                 const uint32_t bit = nsdf_mesher_lowest(bits);

@@ -25,15 +25,15 @@ enum {
 #define NSDF_NO_VERTEX UINT32_MAX
 
 typedef struct nsdf_brick {
-    uint64_t cells[8];     /* active: looked at for triangles */
-    uint64_t evaluated[8]; /* corners whose value is there, or asked for */
-    uint64_t known[8];     /* corners whose sign is there, or asked for */
-    uint64_t negative[8];  /* known corners inside the surface */
-    uint64_t wanted[8];    /* corners that are asked for next */
-    uint64_t far[2][3][4]; /* [inside][n][z / 2] centres of cubes of two cells, at odd coordinates: those whose sign
-                              holds for the corners that differ from them by one in up to n + 1 coordinates */
-    uint64_t edges[3][8];  /* [axis][z] edges with a vertex */
-    uint16_t rank[3][8];   /* vertices of the brick before those of edges[axis][z] */
+    uint64_t cells[8];      /* active: looked at for triangles */
+    uint64_t evaluated[8];  /* corners whose value is there, or asked for */
+    uint64_t known[8];      /* corners whose sign is there, or asked for */
+    uint64_t negative[8];   /* known corners inside the surface */
+    uint64_t wanted[8];     /* corners that are asked for next */
+    uint64_t far[2][3][4];  /* [inside][n][z / 2] centres of cubes of two cells, at odd coordinates: those whose sign
+                               holds for the corners that differ from them by one in up to n + 1 coordinates */
+    uint64_t edges[3][8];   /* [axis][z] edges with a vertex */
+    uint16_t rank[8][3][4]; /* [part][axis][z % 4] vertices of the brick before those of edges[axis][z] there */
     uint32_t first_vertex, vertex_count;
     uint32_t first_triangle, triangle_count;
     uint32_t first_point, point_count; /* of its corners in the list of points */
@@ -186,6 +186,11 @@ void nsdf_mesher_claim_signs(const nsdf_mesher *mesher, uint32_t brick);
  * which they change; cells beside them that turn out to have the surface in them become active, so that it is closed
  * even where the bound does not hold. */
 nsdf_status nsdf_mesher_evaluate_corners(nsdf_mesher *mesher);
+
+/* A brick's parts are its eighths, number x / 4 + 2 (y / 4) + 4 (z / 4): the bits of one in any z of it. */
+static inline uint64_t nsdf_part_columns(uint32_t part) {
+    return (uint64_t)0x0f0f0f0f << (4 * (part & 1) + 32 * (part >> 1 & 1));
+}
 
 /* Sets of a brick's corners, by one z: `cells` and those one further along x, or y; what comes from the brick below
  * along that axis is in `lower`. */
