@@ -9,6 +9,13 @@ static const double least_fraction = 1e-3;
 
 /* ---- Counting ---------------------------------------------------------------------------------------------- */
 
+static int is_crossed(const nsdf_brick *brick) {
+    uint64_t any = 0;
+    for (int z = 0; z < 8; z++)
+        any |= brick->crossed[z];
+    return any != 0;
+}
+
 static void rank_edges(nsdf_brick *brick) {
     uint32_t count = 0;
     for (uint32_t part = 0; part < 8; part++)
@@ -27,11 +34,9 @@ static uint32_t case_of_cell(const nsdf_corner_rows *rows, uint32_t x, uint32_t 
 }
 
 static void count_triangles(nsdf_brick *brick, const nsdf_corner_rows *rows) {
-    uint64_t mixed[8];
-    nsdf_mixed_cells(rows, mixed);
     brick->triangle_count = 0;
     for (uint32_t z = 0; z < 8; z++) {
-        for (uint64_t bits = mixed[z]; bits; bits &= bits - 1) {
+        for (uint64_t bits = brick->crossed[z]; bits; bits &= bits - 1) {
             const uint32_t bit = nsdf_mesher_lowest(bits), cell = case_of_cell(rows, bit & 7, bit >> 3, z);
             brick->triangle_count += (uint32_t)(nsdf_mc_first[cell + 1] - nsdf_mc_first[cell]);
         }
@@ -46,7 +51,7 @@ static void count_bricks(void *data, uint32_t task, uint32_t worker) {
     for (uint32_t i = first; i < first + count; i++) {
         uint32_t neighbours[8];
         nsdf_corner_rows rows;
-        if (!nsdf_grid_brick(mesher, i)->crossed) {
+        if (!is_crossed(nsdf_grid_brick(mesher, i))) {
             nsdf_grid_brick(mesher, i)->vertex_count = nsdf_grid_brick(mesher, i)->triangle_count = 0;
             continue;
         }
@@ -218,17 +223,15 @@ static void fill_brick(const nsdf_mesher *mesher, uint32_t index) {
     uint32_t neighbours[8];
     nsdf_corner_rows rows;
     edge_vertices vertices;
-    uint64_t mixed[8];
     nsdf_grid_neighbours(mesher, index, neighbours);
     place_vertices(mesher, neighbours, &vertices);
     for (uint32_t i = 1; i < 7; i++)
         if (neighbours[i] != NSDF_NO_BRICK)
             add_neighbour(nsdf_grid_brick(mesher, neighbours[i]), i, &vertices);
     nsdf_gather_corners(mesher, neighbours, &rows);
-    nsdf_mixed_cells(&rows, mixed);
     uint32_t *indices = mesher->storage->indices + 3 * (size_t)brick->first_triangle;
     for (uint32_t z = 0; z < 8; z++) {
-        for (uint64_t bits = mixed[z]; bits; bits &= bits - 1) {
+        for (uint64_t bits = brick->crossed[z]; bits; bits &= bits - 1) {
             const uint32_t bit = nsdf_mesher_lowest(bits);
             indices = add_cell(&vertices, &rows, bit & 7, bit >> 3, z, indices);
         }
@@ -241,7 +244,7 @@ static void fill_bricks(void *data, uint32_t task, uint32_t worker) {
     const uint32_t count = nsdf_min_u32(mesher->brick_count - first, NSDF_BRICKS_PER_TASK);
     (void)worker;
     for (uint32_t i = first; i < first + count; i++) {
-        if (nsdf_grid_brick(mesher, i)->crossed)
+        if (is_crossed(nsdf_grid_brick(mesher, i)))
             fill_brick(mesher, i);
     }
 }

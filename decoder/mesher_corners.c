@@ -85,25 +85,23 @@ static int is_changed(const nsdf_mesher *mesher, const uint32_t neighbours[8]) {
     return 0;
 }
 
-/* Mixed cells become active; those of the bricks below may have the surface in them too: makes those bricks, which are
- * looked at in the next round. */
+/* Crossed cells become active; those of the bricks below may have the surface in them too: makes those bricks, which
+ * are looked at in the next round. */
 static void look_at(const nsdf_mesher *mesher, uint32_t index) {
     nsdf_brick *brick = nsdf_grid_brick(mesher, index);
     uint32_t neighbours[8];
     nsdf_corner_rows rows;
-    uint64_t mixed[8], missing = 0, any = 0;
+    uint64_t missing = 0;
     nsdf_grid_neighbours(mesher, index, neighbours);
     if (!is_changed(mesher, neighbours))
         return;
     nsdf_gather_corners(mesher, neighbours, &rows);
-    nsdf_mixed_cells(&rows, mixed);
-    find_edges(brick, &rows); /* each is one of a mixed cell of the brick */
+    nsdf_mixed_cells(&rows, brick->crossed);
+    find_edges(brick, &rows); /* each is one of a crossed cell of the brick */
     for (int z = 0; z < 8; z++) {
-        any |= mixed[z];
-        missing |= mixed[z] & ~brick->cells[z];
-        brick->cells[z] |= mixed[z];
+        missing |= brick->crossed[z] & ~brick->cells[z];
+        brick->cells[z] |= brick->crossed[z];
     }
-    brick->crossed = any != 0;
     if (missing)
         brick->upper = nsdf_brick_upper(brick);
     for (uint32_t side = 1; side < 7; side++)
@@ -112,31 +110,30 @@ static void look_at(const nsdf_mesher *mesher, uint32_t index) {
 
 /* ---- Asking ------------------------------------------------------------------------------------------------ */
 
-/* In one z of a brick, corners of the active cells of that z, also of those in the bricks below along x and y. */
-static uint64_t corners_of_cells(const nsdf_brick *const lower[4], uint32_t z) {
-    const uint64_t row = lower[0]->cells[z] | nsdf_step_x(lower[0]->cells[z], lower[1]->cells[z]);
-    return row | nsdf_step_y(row, lower[2]->cells[z] | nsdf_step_x(lower[2]->cells[z], lower[3]->cells[z]));
+/* In one z of a brick, corners of cells of that z, also of those in the bricks below along x and y: of the active ones,
+ * or of those that are crossed. */
+static uint64_t corners_of_cells(const nsdf_brick *const lower[4], int crossed, uint32_t z) {
+    uint64_t cells[4];
+    for (int i = 0; i < 4; i++)
+        cells[i] = crossed ? lower[i]->crossed[z] : lower[i]->cells[z];
+    const uint64_t row = cells[0] | nsdf_step_x(cells[0], cells[1]);
+    return row | nsdf_step_y(row, cells[2] | nsdf_step_x(cells[2], cells[3]));
 }
 
-static uint64_t ends_of_edges(const nsdf_brick *const lower[8], uint32_t z) {
-    const nsdf_brick *own = lower[0];
-    const uint64_t below = z > 0 ? own->edges[2][z - 1] : lower[4]->edges[2][7];
-    return own->edges[0][z] | nsdf_step_x(own->edges[0][z], lower[1]->edges[0][z]) | own->edges[1][z] |
-           nsdf_step_y(own->edges[1][z], lower[2]->edges[1][z]) | own->edges[2][z] | below;
-}
-
-/* Corners whose sign is not known, and ends of edges whose value is not. */
+/* Corners whose sign is not known, and those of crossed cells whose value is not. */
 static void ask_for(const nsdf_mesher *mesher, uint32_t index) {
     nsdf_brick *brick = nsdf_grid_brick(mesher, index);
     const nsdf_brick *lower[8];
     nsdf_grid_lower(mesher, index, lower);
-    uint64_t below = corners_of_cells(lower + 4, 7);
+    uint64_t active_below = corners_of_cells(lower + 4, 0, 7), crossed_below = corners_of_cells(lower + 4, 1, 7);
     brick->point_count = 0;
     for (uint32_t z = 0; z < 8; z++) {
-        const uint64_t level = corners_of_cells(lower, z);
-        brick->wanted[z] = ((level | below) & ~brick->known[z]) | (ends_of_edges(lower, z) & ~brick->evaluated[z]);
+        const uint64_t active = corners_of_cells(lower, 0, z), crossed = corners_of_cells(lower, 1, z);
+        brick->wanted[z] =
+            ((active | active_below) & ~brick->known[z]) | ((crossed | crossed_below) & ~brick->evaluated[z]);
         brick->point_count += nsdf_mesher_popcount(brick->wanted[z]);
-        below = level;
+        active_below = active;
+        crossed_below = crossed;
     }
 }
 
@@ -156,8 +153,8 @@ static nsdf_status reserve_points(nsdf_mesher *mesher) {
 static void list_points(const nsdf_mesher *mesher, uint32_t index) {
     nsdf_brick *brick = nsdf_grid_brick(mesher, index);
     nsdf_grid_point *point = (nsdf_grid_point *)mesher->points.data + brick->first_point;
-    brick->fresh = brick->point_count > 0;
-    if (!brick->fresh)
+    brick->fresh = brick->point_count > 0 || index >= mesher->looked_at;
+    if (brick->point_count == 0)
         return;
     for (uint32_t part = 0; part < 8; part++) {
         const uint64_t columns = nsdf_part_columns(part);
@@ -221,6 +218,7 @@ static void store_bricks(void *data, uint32_t task, uint32_t worker) {
 }
 
 static nsdf_status ask_for_corners(nsdf_mesher *mesher) {
+    mesher->looked_at = mesher->brick_count;
     nsdf_status status = nsdf_mesher_for_bricks(mesher, look_at_bricks);
     if (status == NSDF_OK)
         status = nsdf_grid_need_neighbours(mesher);
@@ -234,9 +232,8 @@ static nsdf_status ask_for_corners(nsdf_mesher *mesher) {
 nsdf_status nsdf_mesher_evaluate_corners(nsdf_mesher *mesher) {
     nsdf_status status = nsdf_mesher_for_bricks(mesher, claim_bricks);
     while (status == NSDF_OK) {
-        const uint32_t bricks = mesher->brick_count;
         status = ask_for_corners(mesher);
-        if (status != NSDF_OK || (mesher->point_count == 0 && mesher->brick_count == bricks))
+        if (status != NSDF_OK || (mesher->point_count == 0 && mesher->brick_count == mesher->looked_at))
             break;
         status = nsdf_grid_evaluate_points(mesher);
         if (status == NSDF_OK)

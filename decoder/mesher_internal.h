@@ -6,7 +6,7 @@
  * one word for each z, bit 8 * y + x.
  *
  * A corner's sign may be known without its value, from a value nearby that is too large for a change of sign between
- * them.  Values are needed at the ends of the edges on which the sign changes only.
+ * them.  Values are needed at the corners of cells that the surface crosses only.
  *
  * The corners on the border of the grid count as outside, which closes surfaces that leave the domain. */
 #ifndef NSDF_MESHER_INTERNAL_H
@@ -26,6 +26,7 @@ enum {
 
 typedef struct nsdf_brick {
     uint64_t cells[8];      /* active: looked at for triangles */
+    uint64_t crossed[8];    /* cells that have known corners of both signs */
     uint64_t evaluated[8];  /* corners whose value is there, or asked for */
     uint64_t known[8];      /* corners whose sign is there, or asked for */
     uint64_t negative[8];   /* known corners inside the surface */
@@ -39,7 +40,6 @@ typedef struct nsdf_brick {
     uint32_t first_point, point_count; /* of its corners in the list of points */
     uint16_t at[3];                    /* position in the grid of bricks */
     uint8_t fresh;                     /* corners became known since the bricks were looked at */
-    uint8_t crossed;                   /* by the surface: some cell has known corners of both signs */
     uint8_t upper, lower;              /* bit dx + 2 dy + 4 dz: neighbours that its cells, or mixed sides, need */
 } nsdf_brick;
 
@@ -81,6 +81,7 @@ struct nsdf_mesher {
     nsdf_tasks *tasks;
     nsdf_grid grid;
     uint32_t brick_count;
+    uint32_t looked_at; /* bricks there were when they were looked at last */
     uint64_t point_count, cube_count;
     uint32_t measuring; /* 0, or the points are centres of cubes of so many cells, of which those at the border of the
                            grid need values, the others their size only */

@@ -103,6 +103,12 @@ static void evaluate_field(void *user, uint32_t worker, size_t count, const floa
 
 /* ---- Running ----------------------------------------------------------------------------------------------- */
 
+/* A slab through the domain, whose faces are nearly corners of a grid of 32 cells; too steep for a bound of 1 at x < 0,
+ * where all centres of cubes are too far from it. */
+static double steep_slab(const double p[3]) {
+    return (fabs(p[1]) - 0.2515) * (p[0] < 0 ? 3 : 1);
+}
+
 typedef struct bench {
     nsdf_memory memory;
     nsdf_tasks *tasks;
@@ -427,14 +433,32 @@ static void broken_bounds_still_give_closed_meshes(void **state) {
     bench_start(&b, 2);
     for (size_t i = 0; i < sizeof bounds / sizeof *bounds; i++) {
         b.job.bound = bounds[i];
-        assert_int_equal(bench_run(&b, torus), NSDF_OK);
-        assert_closed_manifold(&b.mesh);
-        assert_int_equal(bench_run(&b, waves), NSDF_OK);
-        assert_closed_manifold(&b.mesh);
-        found += b.mesh.triangle_count > 0;
+        for (b.job.resolution = 24; b.job.resolution < 60; b.job.resolution += 5) {
+            assert_int_equal(bench_run(&b, torus), NSDF_OK);
+            assert_closed_manifold(&b.mesh);
+            assert_int_equal(bench_run(&b, waves), NSDF_OK);
+            assert_closed_manifold(&b.mesh);
+            found += b.mesh.triangle_count > 0;
+        }
     }
     assert_true(found > 0);
     bench_end(&b);
+}
+
+/* With signs that follow from values, and with all corners evaluated at once. */
+static void surfaces_are_followed_into_bricks_without_cells(void **state) {
+    (void)state;
+    bench sparse, dense;
+    bench_start(&sparse, 2);
+    bench_start(&dense, 2);
+    dense.job.dense = 1;
+    assert_int_equal(bench_run(&dense, steep_slab), NSDF_OK);
+    for (sparse.job.field.jumps = 0; sparse.job.field.jumps < 2; sparse.job.field.jumps++) {
+        assert_int_equal(bench_run(&sparse, steep_slab), NSDF_OK);
+        assert_same_mesh(&sparse.mesh, &dense.mesh);
+    }
+    bench_end(&sparse);
+    bench_end(&dense);
 }
 
 static void no_surface_gives_an_empty_mesh(void **state) {
@@ -648,6 +672,7 @@ int main(void) {
         cmocka_unit_test(meshes_are_closed_at_every_resolution_and_in_every_domain),
         cmocka_unit_test(surfaces_that_leave_the_domain_are_closed_at_its_border),
         cmocka_unit_test(broken_bounds_still_give_closed_meshes),
+        cmocka_unit_test(surfaces_are_followed_into_bricks_without_cells),
         cmocka_unit_test(no_surface_gives_an_empty_mesh),
         cmocka_unit_test(values_that_are_not_numbers_are_outside),
         cmocka_unit_test(positions_are_in_world_units),
