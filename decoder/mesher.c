@@ -29,32 +29,39 @@ double nsdf_mesher_clock(void) {
     return timespec_get(&now, TIME_UTC) ? (double)now.tv_sec + 1e-9 * (double)now.tv_nsec : 0;
 }
 
-/* The clock chooses only how much is done between two questions, never what is done. */
-nsdf_status nsdf_mesher_parallel(nsdf_mesher *mesher, uint64_t count, nsdf_task_fn fn) {
+/* *size tasks at first between two questions, then as many as the time allows.  The clock chooses only how much that
+ * is, never what is done. */
+static nsdf_status run_slices(nsdf_mesher *mesher, uint64_t count, nsdf_task_fn fn, uint32_t *size) {
     const nsdf_mesher_job *job = mesher->job;
     if (count > UINT32_MAX)
         return NSDF_LIMIT;
-    uint32_t size = job->cancel ? nsdf_tasks_workers(mesher->tasks) : (uint32_t)count;
     for (uint32_t first = 0; first < count;) {
         if (job->cancel && job->cancel(job->cancel_user))
             return NSDF_CANCELLED;
         slice s = {mesher, fn, first};
-        const uint32_t n = nsdf_min_u32(size, (uint32_t)count - first);
+        const uint32_t n = nsdf_min_u32(job->cancel ? *size : (uint32_t)count, (uint32_t)count - first);
         const double start = nsdf_mesher_clock();
         nsdf_tasks_run(mesher->tasks, n, run_in_slice, &s);
         const double elapsed = nsdf_mesher_clock() - start;
-        if (elapsed < shortest_slice && size < UINT32_MAX / 2)
-            size *= 2;
-        if (elapsed > longest_slice && size > 1)
-            size /= 2;
+        if (elapsed < shortest_slice && n == *size && *size < UINT32_MAX / 2)
+            *size *= 2;
+        if (elapsed > longest_slice && *size > 1)
+            *size /= 2;
         first += n;
     }
     return NSDF_OK;
 }
 
+/* What one call learned the next ones of the run begin with: they evaluate the same field. */
+nsdf_status nsdf_mesher_parallel(nsdf_mesher *mesher, uint64_t count, nsdf_task_fn fn) {
+    return run_slices(mesher, count, fn, &mesher->slice);
+}
+
+/* Each of these tasks takes some ten microseconds. */
 nsdf_status nsdf_mesher_for_bricks(nsdf_mesher *mesher, nsdf_task_fn fn) {
-    return nsdf_mesher_parallel(mesher,
-                                ((uint64_t)mesher->brick_count + NSDF_BRICKS_PER_TASK - 1) / NSDF_BRICKS_PER_TASK, fn);
+    const uint64_t tasks = ((uint64_t)mesher->brick_count + NSDF_BRICKS_PER_TASK - 1) / NSDF_BRICKS_PER_TASK;
+    uint32_t size = 64 * nsdf_tasks_workers(mesher->tasks);
+    return run_slices(mesher, tasks, fn, &size);
 }
 
 nsdf_status nsdf_mesher_ask(const nsdf_mesher *mesher, uint64_t step, uint32_t every) {
@@ -116,6 +123,7 @@ static nsdf_status begin(nsdf_mesher *mesher) {
     for (uint32_t i = 0; i < workers; i++)
         ((nsdf_mesher_scratch *)mesher->scratch.data)[i].evaluated = 0;
     mesher->evaluated = 0;
+    mesher->slice = workers;
     memset(&mesher->stats, 0, sizeof mesher->stats);
     return nsdf_grid_begin(mesher);
 }

@@ -101,6 +101,7 @@ struct nsdf_mesher {
     nsdf_mesh_storage *storage;
     nsdf_memory *storage_memory;
     uint64_t evaluated; /* points of the grid */
+    uint32_t slice;     /* tasks between two questions whether to cancel */
     nsdf_mesher_stats stats;
 };
 
