@@ -13,6 +13,10 @@
 
 enum { MAX_WORKERS = 256 };
 
+/* Jobs of a frame follow each other within microseconds, while a thread that sleeps takes tens of them to wake: it
+ * looks so many times before going to sleep, some ten microseconds. */
+enum { PATIENCE = 20000 };
+
 typedef struct job {
     nsdf_task_fn fn;
     void *data;
@@ -33,11 +37,11 @@ struct nsdf_tasks {
     uint32_t started; /* pool threads that run; fewer than workers - 1 when the system gave no more */
     int start_tried;
     job current;
-    pthread_mutex_t lock; /* guards the fields below */
+    pthread_mutex_t lock; /* guards changes of the fields below */
     pthread_cond_t begin, done;
-    uint64_t round;   /* counts the jobs handed to the pool */
-    uint32_t running; /* pool threads that have not finished this round */
-    int stopping;
+    atomic_uint_least64_t round;   /* counts the jobs handed to the pool */
+    atomic_uint_least32_t running; /* pool threads that have not finished this round */
+    atomic_int stopping;
     pool_thread threads[]; /* workers - 1 */
 };
 
@@ -48,6 +52,16 @@ static void run_lane(job *j, uint32_t worker) {
             return;
         j->fn(j->data, (uint32_t)index, worker);
     }
+}
+
+static void await_round(nsdf_tasks *tasks, uint64_t seen) {
+    for (int i = 0; i < PATIENCE && atomic_load(&tasks->round) == seen && !atomic_load(&tasks->stopping);)
+        i++;
+}
+
+static void await_others(nsdf_tasks *tasks) {
+    for (int i = 0; i < PATIENCE && atomic_load(&tasks->running) > 0;)
+        i++;
 }
 
 static void *pool_main(void *argument) {
@@ -66,6 +80,9 @@ static void *pool_main(void *argument) {
         pthread_mutex_lock(&tasks->lock);
         if (--tasks->running == 0)
             pthread_cond_signal(&tasks->done);
+        pthread_mutex_unlock(&tasks->lock);
+        await_round(tasks, seen);
+        pthread_mutex_lock(&tasks->lock);
     }
     pthread_mutex_unlock(&tasks->lock);
     return NULL;
@@ -158,6 +175,7 @@ static void run_on_pool(nsdf_tasks *tasks) {
     pthread_cond_broadcast(&tasks->begin);
     pthread_mutex_unlock(&tasks->lock);
     run_lane(&tasks->current, 0);
+    await_others(tasks);
     pthread_mutex_lock(&tasks->lock);
     while (tasks->running > 0)
         pthread_cond_wait(&tasks->done, &tasks->lock);
