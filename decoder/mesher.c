@@ -60,7 +60,7 @@ nsdf_status nsdf_mesher_parallel(nsdf_mesher *mesher, uint64_t count, nsdf_task_
 /* Each of these tasks takes some ten microseconds. */
 nsdf_status nsdf_mesher_for_bricks(nsdf_mesher *mesher, nsdf_task_fn fn) {
     const uint64_t tasks = ((uint64_t)mesher->brick_count + NSDF_BRICKS_PER_TASK - 1) / NSDF_BRICKS_PER_TASK;
-    uint32_t size = 64 * nsdf_tasks_workers(mesher->tasks);
+    uint32_t size = 4 * nsdf_tasks_workers(mesher->tasks);
     return run_slices(mesher, tasks, fn, &size);
 }
 

@@ -31,14 +31,18 @@ static void unite(uint32_t *parent, uint32_t a, uint32_t b) {
         parent[a] = b;
 }
 
-static void unite_triangles(const nsdf_mesh_storage *storage, uint32_t *parent) {
+static nsdf_status unite_triangles(const nsdf_mesher *mesher, uint32_t *parent) {
+    const nsdf_mesh_storage *storage = mesher->storage;
+    nsdf_status status = NSDF_OK;
     for (uint32_t v = 0; v < storage->vertex_count; v++)
         parent[v] = v;
-    for (uint32_t i = 0; i < storage->triangle_count; i++) {
+    for (uint32_t i = 0; i < storage->triangle_count && status == NSDF_OK; i++) {
         const uint32_t *t = storage->indices + 3 * (size_t)i;
         unite(parent, t[0], t[1]);
         unite(parent, t[0], t[2]);
+        status = nsdf_mesher_ask(mesher, i, 1 << 15);
     }
+    return status;
 }
 
 /* ---- Pieces ------------------------------------------------------------------------------------------------ */
@@ -129,8 +133,9 @@ nsdf_status nsdf_mesher_drop_pieces(nsdf_mesher *mesher) {
     if (status != NSDF_OK)
         return status;
     uint32_t *links = mesher->links.data, count;
-    unite_triangles(storage, links);
-    status = number_pieces(mesher, links, &count);
+    status = unite_triangles(mesher, links);
+    if (status == NSDF_OK)
+        status = number_pieces(mesher, links, &count);
     if (status == NSDF_OK && choose_pieces(mesher, count)) {
         move_vertices(mesher, links);
         move_triangles(storage, links);

@@ -349,6 +349,7 @@ static void make_face_normals(nsdf_mesh_storage *storage, const uint8_t *loose) 
 nsdf_status nsdf_mesher_finish_vertices(nsdf_mesher *mesher) {
     nsdf_mesh_storage *storage = mesher->storage;
     const uint64_t batches = ((uint64_t)storage->vertex_count + NSDF_MESHER_BATCH - 1) / NSDF_MESHER_BATCH;
+    mesher->slice = 1 + mesher->slice / 8; /* a batch is evaluated several times here, with gradients */
     const nsdf_status status = nsdf_mesher_parallel(mesher, batches, finish_batch);
     if (status != NSDF_OK)
         return status;
