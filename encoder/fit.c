@@ -231,15 +231,15 @@ static void gather(state *s) {
     s->near_error = s->near_error > 0.0 ? 0.99 * s->near_error + 0.01 * mean : mean;
 }
 
-/* As long as all is off by more than a sheet is thick, weighing holes would only make it thick. */
-static float hole_weight(const nsdf_encoder_options *o, double near_error) {
-    const int soon = o->loss_hole_error > 0.0 && !(near_error > 0.0 && near_error < o->loss_hole_error);
-    return soon ? 1.0f : (float)o->loss_hole;
+/* As long as all is off by more than a sheet is thick, weighing signs would only move it. */
+static float sign_weight(const nsdf_encoder_options *o, double near_error) {
+    const int soon = o->loss_sign_error > 0.0 && !(near_error > 0.0 && near_error < o->loss_sign_error);
+    return soon ? 1.0f : (float)o->loss_sign;
 }
 
 static void one_step(state *s, float *parameters, double rate, int rounding) {
     const nsdf_encoder_options *o = s->job->options;
-    s->loss.hole = hole_weight(o, s->near_error);
+    s->loss.sign = sign_weight(o, s->near_error);
     s->active = parameters;
     if (rounding) {
         nsdf_round_parameters(s->job->model, parameters, s->rounded);

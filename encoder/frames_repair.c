@@ -11,8 +11,8 @@
 enum { PLAIN_RESOLUTION = 192, RESOLUTION_STEP = 32 };
 /* Of the surface, from which on a sequence is one of sheets. */
 static const double share_of_sheets = 0.05;
-/* Weight of holes in the loss: that of what is thin, whose inside has small distances only. */
-static const double hole_weight_of_sheets = 4.0;
+/* Weight of wrong signs in the loss: about what is thin there are small distances only. */
+static const double sign_weight_of_sheets = 4.0;
 /* Cells that the thickness of a sheet takes, so that errors of the field leave no holes. */
 static const double cells_of_sheet = 1.1;
 
@@ -109,9 +109,11 @@ void nsdf_suit_sheets(nsdf_encoder_options *options, const nsdf_mesh_report *inp
             input->sheets > 0 ? resolution_for(input->sheet_thickness, header) : (uint32_t)PLAIN_RESOLUTION;
     if (input->sheet_share > share_of_sheets)
         options->blocks = 0;
-    const int automatic = !(options->loss_hole > 0.0), sheets = input->sheet_share > share_of_sheets;
-    options->loss_hole = !automatic ? options->loss_hole : sheets ? hole_weight_of_sheets : 1.0;
-    options->loss_hole_error = automatic && sheets ? 0.5 * input->sheet_thickness / header->scale : 0.0;
+    const double thickness = input->sheet_thickness / header->scale;
+    const int automatic = !(options->loss_sign > 0.0);
+    const int thin = input->sheet_share > share_of_sheets && thickness < options->loss_d0;
+    options->loss_sign = !automatic ? options->loss_sign : thin ? sign_weight_of_sheets : 1.0;
+    options->loss_sign_error = automatic && thin ? 0.5 * thickness : 0.0;
 }
 
 /* ---- One mesh ------------------------------------------------------------------------------------------- */

@@ -22,7 +22,7 @@ nsdf_status nsdf_frames_repair(const nsdf_repair_job *job, nsdf_mesh_report *sum
 /* How much shells reach beyond the box of the input, normalised. */
 double nsdf_shell_margin(const nsdf_encoder_options *options, const nsdf_frames *frames);
 
-/* Sets the resolution where it is left open, such that it shows the sheets, and the weight of holes; takes the network
+/* Sets the resolution where it is left open, such that it shows the sheets, and the weight of signs; takes the network
  * where there is much of them: outside of balls, signs come from the blocks as elements of surface (spec, 11.2), and
  * the two sides of a sheet do not cancel well enough. */
 void nsdf_suit_sheets(nsdf_encoder_options *options, const nsdf_mesh_report *input, const nsdf_file_header *header);

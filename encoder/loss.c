@@ -20,11 +20,12 @@ static float surface_sensitive(const nsdf_loss_params *p, float f, float d, floa
     return (1.0f - c1 * c2 * c3) * fabsf(error);
 }
 
-/* Far from the surface only the sign matters: the weight falls with the distance, unless the sign is wrong.  Inside of
- * something thin all distances are small, so that a hole in it would cost little without a weight of its own. */
+/* Far from the surface only the sign matters: the weight falls with the distance, unless the sign is wrong.  About
+ * something thin all distances are small, so that a hole in it would cost little if wrong signs weighed no more; both
+ * signs do, since otherwise it gets thick. */
 static float weighted(const nsdf_loss_params *p, float f, float d, float *derivative) {
-    const float wrong = d < 0.0f ? p->hole : 1.0f;
-    const float weight = f * d < 0.0f ? wrong : p->d0 / (p->d0 + fabsf(d));
+    const float near = p->d0 / (p->d0 + fabsf(d));
+    const float weight = f * d < 0.0f ? 1.0f + (p->sign - 1.0f) * near : near;
     *derivative = weight * sign_of(f - d);
     return weight * fabsf(f - d);
 }

@@ -8,7 +8,7 @@ typedef struct nsdf_loss_params {
     nsdf_loss kind;
     float d0;           /* weighted: distance at which the weight has fallen to 1/2 */
     float delta, slope; /* surface-sensitive */
-    float hole;         /* weighted: weight where f is outside though d is inside, >= 1 */
+    float sign;         /* weighted: weight of a wrong sign at the surface, >= 1; far from it 1 */
 } nsdf_loss_params;
 
 /* Loss of one prediction f for the true distance d; *derivative is dL/df. */

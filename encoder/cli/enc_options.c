@@ -78,7 +78,7 @@ static const char help_text[] =
     "      --hard-samples Y     on or off: for networks, more samples where the error is and where surface is astray\n"
     "Fitting (thesis 4.1, 4.2):\n"
     "      --loss KIND          weighted, mae or surface;  --loss-d0 F;  --delta F, --slope F of the surface loss\n"
-    "      --loss-hole F        weight of what is inside and came out outside (default: 1, of sheets 4)\n"
+    "      --loss-sign F        weight of a wrong sign at the surface (default: 1, of sheets 4)\n"
     "      --optimiser KIND     muon or adam: of networks;  --steps N;  --learning-rate F\n"
     "      --batch-frames N     frames per step;  --batch-points N  points of each\n"
     "Coding (thesis 4.3):\n"
@@ -146,7 +146,7 @@ enum {
     OPT_OPTIMISER,
     OPT_LOSS,
     OPT_LOSS_D0,
-    OPT_LOSS_HOLE,
+    OPT_LOSS_SIGN,
     OPT_DELTA,
     OPT_SLOPE,
     OPT_STEPS,
@@ -218,7 +218,7 @@ static const struct option long_options[] = {
     {"optimiser", required_argument, NULL, OPT_OPTIMISER},
     {"loss", required_argument, NULL, OPT_LOSS},
     {"loss-d0", required_argument, NULL, OPT_LOSS_D0},
-    {"loss-hole", required_argument, NULL, OPT_LOSS_HOLE},
+    {"loss-sign", required_argument, NULL, OPT_LOSS_SIGN},
     {"delta", required_argument, NULL, OPT_DELTA},
     {"slope", required_argument, NULL, OPT_SLOPE},
     {"steps", required_argument, NULL, OPT_STEPS},
@@ -517,8 +517,8 @@ static int apply_fitting(nsdf_encoder_options *e, int code, const char *text) {
         return failed;
     case OPT_LOSS_D0:
         return set_double(code, text, &e->loss_d0);
-    case OPT_LOSS_HOLE:
-        return set_double(code, text, &e->loss_hole);
+    case OPT_LOSS_SIGN:
+        return set_double(code, text, &e->loss_sign);
     case OPT_DELTA:
         return set_double(code, text, &e->loss_delta);
     case OPT_SLOPE:

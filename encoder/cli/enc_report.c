@@ -36,8 +36,8 @@ static void put_options(nsdf_cli_file *f, const enc_options *o) {
                         e->hard_samples ? "true" : "false", e->time_norm == NSDF_TIME_SPEED ? "speed" : "unit",
                         e->sdf_norm == NSDF_SDF_UNIT_RANGE ? "unit" : "diagonal", e->shell);
     nsdf_cli_file_print(
-        f, "    \"loss\": \"%s\", \"loss_d0\": %.17g, \"loss_hole\": %.17g, \"delta\": %.17g, \"slope\": %.17g,\n",
-        losses[e->loss], e->loss_d0, e->loss_hole, e->loss_delta, e->loss_slope);
+        f, "    \"loss\": \"%s\", \"loss_d0\": %.17g, \"loss_sign\": %.17g, \"delta\": %.17g, \"slope\": %.17g,\n",
+        losses[e->loss], e->loss_d0, e->loss_sign, e->loss_delta, e->loss_slope);
     nsdf_cli_file_print(f,
                         "    \"optimiser\": \"%s\", \"steps\": %llu, \"batch_frames\": %u, \"batch_points\": %u, "
                         "\"learning_rate\": %.17g,\n",

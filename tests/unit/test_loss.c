@@ -83,14 +83,16 @@ static void test_weighted_loss_halves_at_d0(void **state) {
     assert_true(fabsf(value(&weighted, 0.001f, 0.0f) - 0.001f) < 1e-9f);
 }
 
-static void test_holes_have_a_weight_of_their_own(void **state) {
+static void test_wrong_signs_weigh_more_at_the_surface(void **state) {
     (void)state;
     nsdf_loss_params p = weighted;
     float derivative;
-    p.hole = 4.0f;
-    assert_true(fabsf(nsdf_loss_value(&p, 0.001f, -0.002f, &derivative) - 0.012f) < 1e-7f && derivative == 4.0f);
-    assert_true(fabsf(nsdf_loss_value(&p, -0.001f, 0.002f, &derivative) - 0.003f) < 1e-7f && derivative == -1.0f);
-    assert_true(fabsf(value(&p, -0.03f, -0.02f) - 0.005f) < 1e-8f); /* no hole */
+    p.sign = 4.0f;
+    /* 1 + 3 / 2 where the weight of right signs is a half */
+    assert_true(fabsf(nsdf_loss_value(&p, 0.01f, -0.02f, &derivative) - 0.075f) < 1e-7f && derivative == 2.5f);
+    assert_true(fabsf(nsdf_loss_value(&p, -0.01f, 0.02f, &derivative) - 0.075f) < 1e-7f && derivative == -2.5f);
+    assert_true(fabsf(value(&p, 1e-6f, -1e-6f) - 8e-6f) < 1e-8f);
+    assert_true(fabsf(value(&p, -0.03f, -0.02f) - 0.005f) < 1e-8f);
 }
 
 static void test_weighted_loss_forgives_no_wrong_sign(void **state) {
@@ -163,7 +165,7 @@ int main(void) {
         cmocka_unit_test(test_values_and_derivatives_follow_the_definitions),
         cmocka_unit_test(test_every_loss_is_zero_at_the_true_distance),
         cmocka_unit_test(test_weighted_loss_halves_at_d0),
-        cmocka_unit_test(test_holes_have_a_weight_of_their_own),
+        cmocka_unit_test(test_wrong_signs_weigh_more_at_the_surface),
         cmocka_unit_test(test_weighted_loss_forgives_no_wrong_sign),
         cmocka_unit_test(test_surface_sensitive_loss_vanishes_far_away_with_the_right_sign),
         cmocka_unit_test(test_surface_sensitive_loss_is_the_error_near_the_surface),

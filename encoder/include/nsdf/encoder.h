@@ -106,9 +106,9 @@ typedef struct nsdf_encoder_options {
     nsdf_optimiser optimiser; /* default Muon, Adam for the thesis's preset */
     nsdf_loss loss;
     double loss_d0;                /* of the weighted loss, fraction of the diagonal */
-    double loss_hole;              /* of the weighted loss: weight of samples inside that came out outside, 1 up;
-                                      0 (default) = 1, of sequences of sheets 4 */
-    double loss_hole_error;        /* mean error near the surface, as nsdf_progress.error, from which on that weight
+    double loss_sign;              /* of the weighted loss: weight of a wrong sign at the surface, 1 up;
+                                      0 (default) = 1, of sequences of sheets thinner than loss_d0 4 */
+    double loss_sign_error;        /* mean error near the surface, as nsdf_progress.error, from which on that weight
                                       holds; 0 (default) = always, of sequences of sheets half their thickness */
     double loss_delta, loss_slope; /* delta (fraction of the diagonal) and s of the surface-sensitive loss */
     uint64_t steps;                /* of Adam */
