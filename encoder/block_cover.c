@@ -14,8 +14,8 @@ typedef struct {
     double *share; /* [frame]; negative when memory ran out */
 } job;
 
-/* The inverse of a pose's map; returns 0 when it has none. */
-static int invert(const double m[9], double out[9]) {
+/* The inverse of a map that keeps balls, and so has one. */
+static void invert(const double m[9], double out[9]) {
     for (int row = 0; row < 3; row++)
         for (int k = 0; k < 3; k++) {
             const int a = (k + 1) % 3, b = (k + 2) % 3, c = (row + 1) % 3, d = (row + 2) % 3;
@@ -24,15 +24,15 @@ static int invert(const double m[9], double out[9]) {
     const double volume = m[0] * out[0] + m[1] * out[3] + m[2] * out[6];
     for (int i = 0; i < 9; i++)
         out[i] /= volume;
-    return isfinite(1.0 / volume);
 }
 
 /* Marks the points that a ball holds; returns how many were not marked before. */
 static uint32_t mark_held(const nsdf_pose *pose, double radius, float (*points)[3], uint8_t *held) {
     double inverse[9];
     uint32_t found = 0;
-    if (!nsdf_pose_keeps_ball(pose) || !invert(pose->linear, inverse))
+    if (!nsdf_pose_keeps_ball(pose))
         return 0;
+    invert(pose->linear, inverse);
     for (uint32_t i = 0; i < PROBES; i++) {
         double square = 0.0;
         for (int row = 0; row < 3; row++) {
@@ -70,17 +70,15 @@ static void look_at_frame(void *data, uint32_t frame, uint32_t worker) {
     j->share[frame] = (double)count / PROBES;
 }
 
-int nsdf_block_cover_find(nsdf_block_cover *cover, const nsdf_motion *motion, const nsdf_frames *frames, uint64_t seed,
+int nsdf_block_cover_find(double *least, const nsdf_motion *motion, const nsdf_frames *frames, uint64_t seed,
                           nsdf_workers *workers) {
     const job j = {motion, frames, seed, malloc(frames->count * sizeof(double))};
-    *cover = (nsdf_block_cover){1.0, 0.0};
+    *least = 1.0;
     if (!j.share)
         return -1;
     nsdf_workers_run(workers, frames->count, look_at_frame, (void *)&j);
-    for (uint32_t f = 0; f < frames->count; f++) {
-        cover->least = fmin(cover->least, j.share[f]);
-        cover->mean += j.share[f] / frames->count;
-    }
+    for (uint32_t f = 0; f < frames->count; f++)
+        *least = fmin(*least, j.share[f]);
     free(j.share);
-    return cover->least < 0.0 ? -1 : 0;
+    return *least < 0.0 ? -1 : 0;
 }

@@ -1,5 +1,6 @@
 #include "block_stage.h"
 
+#include "block_cover.h"
 #include "block_order.h"
 #include "block_start.h"
 #include "nodes.h"
@@ -85,11 +86,11 @@ static int find_motion(const nsdf_fit_job *job, const nsdf_tracked *tracked, nsd
     return nsdf_motion_find(motion, &tracked->nodes, o->blocks, tracked->area, radius, job->workers);
 }
 
-int nsdf_find_block_cover(const nsdf_fit_job *job, const nsdf_tracked *tracked, nsdf_block_cover *cover) {
+int nsdf_find_block_cover(const nsdf_fit_job *job, const nsdf_tracked *tracked, double *least) {
     nsdf_motion motion;
     if (find_motion(job, tracked, &motion) != 0)
         return -1;
-    const int failed = nsdf_block_cover_find(cover, &motion, job->frames, job->options->seed, job->workers);
+    const int failed = nsdf_block_cover_find(least, &motion, job->frames, job->options->seed, job->workers);
     nsdf_motion_free(&motion);
     return failed;
 }

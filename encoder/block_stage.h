@@ -2,7 +2,6 @@
 #ifndef NSDF_BLOCK_STAGE_H
 #define NSDF_BLOCK_STAGE_H
 
-#include "block_cover.h"
 #include "block_fit.h"
 #include "container.h"
 #include "nodes.h"
@@ -19,8 +18,8 @@ typedef struct nsdf_tracked {
 /* Follows the surface.  Returns 0, or -1 when memory ran out (then there is nothing to free). */
 int nsdf_track_surface(const nsdf_fit_job *job, nsdf_tracked *tracked);
 
-/* How much of every frame the blocks would hold.  Returns 0, or -1 when memory ran out. */
-int nsdf_find_block_cover(const nsdf_fit_job *job, const nsdf_tracked *tracked, nsdf_block_cover *cover);
+/* The least share of a frame's surface that the blocks would hold.  Returns 0, or -1 when memory ran out. */
+int nsdf_find_block_cover(const nsdf_fit_job *job, const nsdf_tracked *tracked, double *least);
 
 /* Places the blocks on what was tracked, finds bones and first values.  Returns 0, or -1 when memory ran out. */
 int nsdf_start_blocks(const nsdf_fit_job *job, const nsdf_tracked *tracked, nsdf_block_model *model);

@@ -237,13 +237,13 @@ static nsdf_status suit_motion(run *r) {
     nsdf_encoder *e = r->encoder;
     const nsdf_fit_job job = fit_job(r);
     const double began = nsdf_clock();
-    nsdf_block_cover cover;
+    double cover = 0.0;
     if (!uses_blocks(r))
         return NSDF_OK;
     r->is_tracked = nsdf_track_surface(&job, &r->tracked) == 0;
     if (!r->is_tracked || nsdf_find_block_cover(&job, &r->tracked, &cover) != 0)
         return nsdf_encoder_fail(r->error, NSDF_NO_MEMORY, "out of memory while following the surface");
-    e->stats.unfollowed = cover.least < least_cover;
+    e->stats.unfollowed = cover < least_cover;
     if (e->stats.unfollowed)
         e->options.blocks = 0;
     r->seconds_track = nsdf_clock() - began;
