@@ -26,6 +26,9 @@ static const float speck_margin = 1.1f;
 /* Share of every frame's surface that has to lie in blocks, or else the model is the network. */
 static const double least_cover = 0.85;
 
+/* Of a file whose surface is lost in some frames; an empty frame has 1. */
+static const double lost_error = 0.02;
+
 /* While verification finds stray pieces, fitting goes on a little, so many times at the most. */
 enum { MEND_ROUNDS = 3 };
 
@@ -47,7 +50,7 @@ struct nsdf_encoder {
     uint64_t measured_hash;
     float measured_piece; /* entry.smallest_piece then */
     nsdf_quality_record quality;
-    nsdf_checkpoint checkpoint; /* of the main fit */
+    nsdf_checkpoint checkpoint; /* of the main fit, but not of a network that follows blocks */
 };
 
 /* What the stages of one run share. */
@@ -62,6 +65,7 @@ typedef struct {
     nsdf_tracked tracked; /* the surface, if the model is blocks */
     int is_tracked;
     double seconds_track;
+    int is_second;           /* fit: a network that follows blocks */
     nsdf_sample_set *strays; /* [frame]: what verification found */
     nsdf_coded_segment segment;
     uint64_t size;                 /* asked for, 0 = none */
@@ -345,7 +349,8 @@ static nsdf_status fit(run *r) {
     if (has_target(r))
         return fit_to_target(r);
     nsdf_fit_job job = fit_job(r);
-    job.checkpoint = &r->encoder->checkpoint;
+    if (!r->is_second)
+        job.checkpoint = &r->encoder->checkpoint;
     if (uses_blocks(r))
         return fitted(r, nsdf_fit_blocks(&job, &r->encoder->blocks, &r->fit));
     nsdf_random random = nsdf_random_start(r->encoder->options.seed, 1);
@@ -514,22 +519,112 @@ static int target_met(const run *r) {
     return !(o->target_error > 0.0) || nsdf_mean_error(&e->stats.quality) <= o->target_error;
 }
 
+static nsdf_status mend_all(run *r, int whole) {
+    nsdf_status status = NSDF_OK;
+    for (int round = 0; status == NSDF_OK && whole && worth_mending(r) && round < MEND_ROUNDS; round++)
+        status = mend(r);
+    return status;
+}
+
+/* The blocks' file, and all that belongs to it, while a network is tried instead. */
+typedef struct {
+    nsdf_encoder_options options;
+    nsdf_buffer file;
+    nsdf_encoder_stats stats;
+    nsdf_file_header header;
+    nsdf_index_entry entry;
+    nsdf_block_model blocks;
+    uint64_t measured_hash;
+    float measured_piece;
+    nsdf_quality_record quality;
+} other_model;
+
+static other_model set_aside(nsdf_encoder *e) {
+    const other_model kept = {e->options, e->file,          e->stats,          e->header, e->entry,
+                              e->blocks,  e->measured_hash, e->measured_piece, e->quality};
+    memset(&e->file, 0, sizeof e->file);
+    memset(&e->blocks, 0, sizeof e->blocks);
+    return kept;
+}
+
+static void take_back(nsdf_encoder *e, other_model *kept) {
+    const nsdf_encoder_stats *tried = &e->stats;
+    nsdf_buffer_free(&e->file);
+    kept->stats.seconds_sample = tried->seconds_sample;
+    kept->stats.seconds_fit = tried->seconds_fit;
+    kept->stats.seconds_code = tried->seconds_code;
+    kept->stats.seconds_verify = tried->seconds_verify;
+    e->options = kept->options;
+    e->file = kept->file;
+    e->stats = kept->stats;
+    e->header = kept->header;
+    e->entry = kept->entry;
+    e->blocks = kept->blocks;
+    e->measured = 1;
+    e->measured_hash = kept->measured_hash;
+    e->measured_piece = kept->measured_piece;
+    e->quality = kept->quality;
+}
+
+static nsdf_status fit_network_instead(run *r) {
+    nsdf_encoder *e = r->encoder;
+    double began = nsdf_clock();
+    r->is_second = 1;
+    e->options.blocks = 0;
+    e->measured = 0;
+    e->header.extraction_bound = provisional_bound;
+    forget_strays(r);
+    nsdf_dataset_free(&r->dataset);
+    nsdf_status status = sample(r);
+    e->stats.seconds_sample += nsdf_clock() - began;
+    began = nsdf_clock();
+    if (status == NSDF_OK)
+        status = fit(r);
+    e->stats.seconds_fit += nsdf_clock() - began;
+    const int whole = r->fit.steps >= e->options.steps;
+    if (status == NSDF_OK)
+        status = code_and_check(r);
+    return status == NSDF_OK ? mend_all(r, whole) : status;
+}
+
+/* Blocks that come apart, as those do where drops fly off and fall back, leave pieces astray in most frames, or whole
+ * frames without a surface; then a network is fitted too, and the better of the two is the result. */
+static nsdf_status try_network(run *r, int whole) {
+    nsdf_encoder *e = r->encoder;
+    if (!e->blocks.values || !whole || has_target(r) || !e->options.verify ||
+        (e->stats.stray_pieces <= e->shown.count && nsdf_mean_error(&e->stats.quality) <= lost_error))
+        return NSDF_OK;
+    other_model kept = set_aside(e);
+    const nsdf_status status = fit_network_instead(r);
+    if (status == NSDF_OK && nsdf_mean_error(&e->stats.quality) < nsdf_mean_error(&kept.stats.quality)) {
+        e->stats.came_apart = 1;
+        nsdf_buffer_free(&kept.file);
+        nsdf_block_model_free(&kept.blocks);
+    } else {
+        take_back(e, &kept);
+    }
+    return status;
+}
+
 static nsdf_status run_stages(run *r) {
-    nsdf_encoder_stats *stats = &r->encoder->stats;
+    nsdf_encoder *e = r->encoder;
     double began = nsdf_clock();
     nsdf_status status = prepare(r);
     if (status == NSDF_OK)
         status = sample(r);
-    stats->seconds_sample = nsdf_clock() - began - r->seconds_track;
+    e->stats.seconds_sample = nsdf_clock() - began - r->seconds_track;
     began = nsdf_clock();
     if (status == NSDF_OK)
         status = fit(r);
-    stats->seconds_fit = nsdf_clock() - began + r->seconds_track;
-    const int whole = r->encoder->options.time_budget > 0.0 || r->fit.steps >= r->encoder->options.steps;
+    e->stats.seconds_fit = nsdf_clock() - began + r->seconds_track;
+    const uint64_t steps = uses_blocks(r) ? e->options.block_steps : e->options.steps;
+    const int timed = e->options.time_budget > 0.0, whole = r->fit.steps >= steps;
     if (status == NSDF_OK)
         status = code_and_check(r);
-    for (int round = 0; status == NSDF_OK && whole && worth_mending(r) && round < MEND_ROUNDS; round++)
-        status = mend(r);
+    if (status == NSDF_OK)
+        status = mend_all(r, timed || whole);
+    if (status == NSDF_OK)
+        status = try_network(r, !timed && whole);
     return status == NSDF_OK ? pursue_target(r) : status;
 }
 

@@ -101,6 +101,8 @@ static void summarise(const enc_options *o, const nsdf_encoder_stats *s) {
                          (unsigned long long)s->block_bytes.levels, (unsigned long long)s->block_bytes.shapes);
     if (s->unfollowed)
         nsdf_cli_warn("the surface changes its size too much for blocks that move with it: a network was fitted");
+    if (s->came_apart)
+        nsdf_cli_warn("blocks that move with the surface came apart: a network was fitted after them, and is nearer");
     nsdf_cli_verbose("sampling %.1f s, fitting %.1f s, coding %.1f s, verifying %.1f s", s->seconds_sample,
                      s->seconds_fit, s->seconds_code, s->seconds_verify);
     nsdf_cli_say("%s: %u frame%s in %llu bytes (%.0f a frame), %.0f s", o->output, s->nominal_frames,

@@ -30,6 +30,7 @@ static void add_stats(nsdf_encoder_stats *sum, const nsdf_encoder_stats *s) {
     sum->blocks += s->blocks;
     sum->bones += s->bones;
     sum->unfollowed |= s->unfollowed;
+    sum->came_apart |= s->came_apart;
     sum->block_bytes.places += s->block_bytes.places;
     sum->block_bytes.influences += s->block_bytes.influences;
     sum->block_bytes.motion += s->block_bytes.motion;

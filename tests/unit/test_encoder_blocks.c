@@ -168,6 +168,50 @@ static void test_what_blocks_cannot_follow_gets_a_network(void **state) {
     }
 }
 
+/* A small sphere that flies far. */
+static int flying_sphere(uint32_t i, nsdf_surface *surface, uint32_t *number) {
+    if (i >= FRAMES)
+        return 0;
+    *surface = shape_sphere(0.3, RINGS, SEGMENTS);
+    for (uint32_t v = 0; v < surface->vertex_count; v++)
+        surface->positions[3 * (size_t)v] += 1.1f * (float)i;
+    *number = i;
+    return 1;
+}
+
+/* Motion so coarse that blocks lose the surface; against a network of that many steps. */
+static encoded encode_coarse_blocks(frame_maker frames, uint32_t network_steps) {
+    nsdf_encoder_options o = block_options();
+    o.block_steps = 20;
+    o.pose_step = 0.1;
+    o.verify = 1;
+    o.steps = network_steps;
+    return encode_well(&o, frames, NULL, NULL);
+}
+
+static void test_blocks_that_come_apart_give_way_to_a_better_network(void **state) {
+    (void)state;
+    encoded e = encode_coarse_blocks(flying_sphere, 300);
+    nsdf_decoder *decoder = open_file(&e);
+    assert_true(e.stats.came_apart && !e.stats.unfollowed);
+    assert_true(e.stats.blocks == 0 && e.stats.steps >= 300);
+    assert_true(nsdf_mean_error(&e.stats.quality) < 0.2);
+    assert_int_equal(nsdf_verify(decoder), NSDF_OK);
+    nsdf_close(&decoder);
+    free(e.data);
+}
+
+static void test_but_not_to_a_worse_one(void **state) {
+    (void)state;
+    encoded e = encode_coarse_blocks(moving_sphere, 1);
+    nsdf_decoder *decoder = open_file(&e);
+    assert_true(!e.stats.came_apart && e.stats.blocks == 150 && e.stats.steps == 20);
+    assert_true(nsdf_mean_error(&e.stats.quality) > 0.02 && e.stats.file_size == e.size);
+    assert_int_equal(nsdf_verify(decoder), NSDF_OK);
+    nsdf_close(&decoder);
+    free(e.data);
+}
+
 static void test_fitting_of_blocks_can_be_stopped(void **state) {
     nsdf_encoder_options o = block_options();
     int finish = NSDF_FINISH, abort_it = NSDF_ABORT;
@@ -192,6 +236,8 @@ int main(void) {
         cmocka_unit_test(test_the_network_stands_in_without_blocks),
         cmocka_unit_test(test_blocks_need_no_correspondences),
         cmocka_unit_test(test_what_blocks_cannot_follow_gets_a_network),
+        cmocka_unit_test(test_blocks_that_come_apart_give_way_to_a_better_network),
+        cmocka_unit_test(test_but_not_to_a_worse_one),
         cmocka_unit_test(test_fitting_of_blocks_can_be_stopped),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

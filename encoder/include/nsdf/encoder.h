@@ -310,6 +310,7 @@ typedef struct nsdf_encoder_stats {
     double diagonal;         /* world units */
     uint32_t blocks, bones;  /* 0 when the model is the network */
     int unfollowed;          /* blocks could not follow the surface, so that the model is the network */
+    int came_apart;          /* blocks left pieces astray, and a network, fitted then, is nearer to the input */
     nsdf_block_bytes block_bytes;
     uint64_t parameters;
     uint64_t file_size;      /* bytes */
