@@ -31,6 +31,8 @@ static const char help_text[] =
     "      --shell T          REF as nsdf-enc --shell T fits it, open sheets closed bodies of this thickness; auto: "
     "as\n"
     "                         without that option; none (default): REF as it is\n"
+    "      --outer            without surface inside of closed pieces of a mesh, which no solid has; the share is "
+    "told\n"
     "      --samples N        random points on each surface, 1 to 16777216 (default 20000), besides all vertices\n"
     "      --seed N           of the random points (default 1)\n"
     "      --measures LIST    of d1, normals, fmpd, shapes, or none (default: all); distances are always measured\n"
@@ -59,6 +61,7 @@ enum {
     OPT_COMMON,
     OPT_RESOLUTION,
     OPT_SHELL,
+    OPT_OUTER,
     OPT_SAMPLES,
     OPT_SEED,
     OPT_MEASURES,
@@ -83,6 +86,7 @@ static const struct option long_options[] = {
     {"common", no_argument, NULL, OPT_COMMON},
     {"resolution", required_argument, NULL, OPT_RESOLUTION},
     {"shell", required_argument, NULL, OPT_SHELL},
+    {"outer", no_argument, NULL, OPT_OUTER},
     {"samples", required_argument, NULL, OPT_SAMPLES},
     {"seed", required_argument, NULL, OPT_SEED},
     {"measures", required_argument, NULL, OPT_MEASURES},
@@ -162,6 +166,9 @@ static int apply_measuring(cmp_options *o, int code, const char *text) {
     switch (code) {
     case OPT_SHELL:
         return set_shell(o, text);
+    case OPT_OUTER:
+        o->compare.outer = NSDF_COMPARE_REFERENCE;
+        return 0;
     case OPT_SAMPLES:
         return set_number("samples", text, 1, 1 << 24, &o->compare.samples);
     case OPT_SEED:
@@ -254,6 +261,8 @@ int cmp_options_parse(cmp_options *options, int argc, char **argv) {
         return nsdf_cli_usage_error("REF '%s' is an .nsdf file: it must be meshes", options->reference);
     if (options->resolution && !cmp_is_nsdf(options->decoded))
         return nsdf_cli_usage_error("--resolution is for an .nsdf file, but DEC '%s' is meshes", options->decoded);
+    if (options->compare.outer && !cmp_is_nsdf(options->decoded))
+        options->compare.outer |= NSDF_COMPARE_DECODED; /* a decoded file hides nothing */
     if (options->output && options->heatmap && strcmp(options->output, options->heatmap) == 0)
         return nsdf_cli_usage_error("-o and --heatmap name the same file");
     return -1;

@@ -56,6 +56,29 @@ static void add_distances(const cmp_result *r, const nsdf_difference *d, fields 
     add(f, "fmpd", d->fmpd, measured(r, NSDF_COMPARE_FMPD));
 }
 
+static int leaves_out(const cmp_result *r, uint32_t mesh) {
+    return (r->options->compare.outer & mesh) != 0;
+}
+
+/* Shares of the area; there with --outer only. */
+static void add_hidden(const cmp_result *r, const nsdf_difference *d, fields *f) {
+    if (leaves_out(r, NSDF_COMPARE_REFERENCE))
+        add(f, "ref_hidden", d->reference.hidden_share, 1);
+    if (leaves_out(r, NSDF_COMPARE_DECODED))
+        add(f, "dec_hidden", d->decoded.hidden_share, 1);
+}
+
+static void add_hidden_summary(const cmp_result *r, fields *f) {
+    if (leaves_out(r, NSDF_COMPARE_REFERENCE)) {
+        add(f, "ref_hidden_mean", r->summary.hidden_mean[0], 1);
+        add(f, "ref_hidden_max", r->summary.hidden_max[0], 1);
+    }
+    if (leaves_out(r, NSDF_COMPARE_DECODED)) {
+        add(f, "dec_hidden_mean", r->summary.hidden_mean[1], 1);
+        add(f, "dec_hidden_max", r->summary.hidden_max[1], 1);
+    }
+}
+
 static void add_shapes(const cmp_result *r, const nsdf_difference *d, fields *f) {
     const int known = measured(r, NSDF_COMPARE_SHAPES);
     add(f, "ref_components", d->reference.components, known);
@@ -78,6 +101,7 @@ static fields fields_of(const cmp_result *r, uint32_t i) {
     add(&f, "dec_triangles", d->decoded.triangles, 1);
     add_distances(r, d, &f);
     add_shapes(r, d, &f);
+    add_hidden(r, d, &f);
     return f;
 }
 
@@ -104,6 +128,7 @@ static fields summary_fields(const cmp_result *r) {
     add(&f, "fmpd_mean", s->fmpd_mean, fmpd);
     add(&f, "component_mismatches", s->component_mismatches, shapes);
     add(&f, "euler_mismatches", s->euler_mismatches, shapes);
+    add_hidden_summary(r, &f);
     return f;
 }
 
@@ -201,11 +226,20 @@ static void write_rows(const cmp_result *r, nsdf_cli_file *file) {
     }
 }
 
+static void write_hidden(const cmp_result *r, uint32_t mesh, const char *name, double mean, double most,
+                         nsdf_cli_file *file) {
+    if (leaves_out(r, mesh))
+        nsdf_cli_file_print(file, "hidden surface of %s left out: %.3g %% of its area on average, %.3g %% at most\n",
+                            name, 100.0 * mean, 100.0 * most);
+}
+
 static void write_summary(const cmp_result *r, nsdf_cli_file *file) {
     const nsdf_difference_summary *s = &r->summary;
     nsdf_cli_file_print(file, "\n%lu frame%s, %lu points each way; distances %s (diagonal %.6g, peak %.6g)\n",
                         (unsigned long)s->frames, s->frames == 1 ? "" : "s", (unsigned long)r->options->compare.samples,
                         r->options->world ? "in world units" : "as fractions of the diagonal", r->diagonal, r->peak);
+    write_hidden(r, NSDF_COMPARE_REFERENCE, "REF", s->hidden_mean[0], s->hidden_max[0], file);
+    write_hidden(r, NSDF_COMPARE_DECODED, "DEC", s->hidden_mean[1], s->hidden_max[1], file);
     nsdf_cli_file_print(file, "%-28s %12s %12s\n", "", "to decoded", "to reference");
     nsdf_cli_file_print(file, "%-28s %12.4g %12.4g\n", "mean", scaled(r, s->mean[0]), scaled(r, s->mean[1]));
     nsdf_cli_file_print(file, "%-28s %12.4g %12.4g\n", "root mean square", scaled(r, s->rms[0]), scaled(r, s->rms[1]));

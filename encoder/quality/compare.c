@@ -21,7 +21,7 @@ struct nsdf_compare {
 };
 
 void nsdf_compare_options_init(nsdf_compare_options *options) {
-    *options = (nsdf_compare_options){sizeof *options, 20000, NSDF_COMPARE_ALL, 0, 1};
+    *options = (nsdf_compare_options){sizeof *options, 20000, NSDF_COMPARE_ALL, 0, 1, 0};
 }
 
 static nsdf_status check_options(const nsdf_compare_options *o, nsdf_encoder_error *error) {
@@ -41,6 +41,9 @@ static nsdf_status check_options(const nsdf_compare_options *o, nsdf_encoder_err
     if ((o->measures & ~NSDF_COMPARE_ALL) != 0) {
         return nsdf_input_fail(error, NSDF_INVALID_ARGUMENT, "measures is %u, expected 0 to %u", o->measures,
                                NSDF_COMPARE_ALL);
+    }
+    if ((o->outer & ~(uint32_t)(NSDF_COMPARE_REFERENCE | NSDF_COMPARE_DECODED)) != 0) {
+        return nsdf_input_fail(error, NSDF_INVALID_ARGUMENT, "outer is %u, expected 0 to 3", o->outer);
     }
     return NSDF_OK;
 }
@@ -94,9 +97,10 @@ static bool measures(const comparison *c, uint32_t what) {
 
 static void prepare(void *data, uint32_t index, uint32_t worker) {
     comparison *c = data;
+    const bool outer = (c->options->outer & (index == REFERENCE ? NSDF_COMPARE_REFERENCE : NSDF_COMPARE_DECODED)) != 0;
     (void)worker;
     c->failed[index] =
-        nsdf_compared_mesh_prepare(&c->mesh[index], c->input[index], &c->frame, c->options->samples) != 0;
+        nsdf_compared_mesh_prepare(&c->mesh[index], c->input[index], &c->frame, c->options->samples, outer) != 0;
 }
 
 static void draw_points(void *data, uint32_t index, uint32_t worker) {
@@ -111,13 +115,13 @@ static int measure_mesh(comparison *c, uint32_t which) {
     nsdf_edge_table edges = {NULL, 0};
     int result = 0;
     if (measures(c, NSDF_COMPARE_SHAPES | NSDF_COMPARE_FMPD)) {
-        result = nsdf_edge_table_build(&edges, &mesh->surface, NULL);
+        result = nsdf_edge_table_build(&edges, &mesh->whole, NULL);
     }
     if (result == 0 && measures(c, NSDF_COMPARE_SHAPES)) {
-        result = nsdf_measure_shape(mesh, &edges, c->frame.diagonal, &c->shape[which]);
+        result = nsdf_measure_shape(&mesh->whole, &edges, c->frame.diagonal, &c->shape[which]);
     }
     if (result == 0 && measures(c, NSDF_COMPARE_FMPD)) {
-        result = nsdf_roughness_measure(&c->roughness[which], &mesh->surface, mesh->mesh->positions, &edges);
+        result = nsdf_roughness_measure(&c->roughness[which], &mesh->whole, mesh->mesh->positions, &edges);
     }
     nsdf_edge_table_free(&edges);
     return result;
@@ -222,6 +226,7 @@ static nsdf_difference result_of(const comparison *c) {
         *shape[k] = c->shape[k];
         shape[k]->vertices = c->input[k]->vertex_count;
         shape[k]->triangles = c->input[k]->triangle_count;
+        shape[k]->hidden_share = c->mesh[k].hidden_share;
         shape[k]->roughness = global[k];
     }
     return d;

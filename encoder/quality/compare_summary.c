@@ -30,6 +30,11 @@ static void add_frame(const nsdf_difference *difference, squares sum[2], nsdf_di
     summary->fmpd_max = fmax(summary->fmpd_max, difference->fmpd);
     summary->component_mismatches += difference->reference.components != difference->decoded.components;
     summary->euler_mismatches += difference->reference.euler != difference->decoded.euler;
+    const double hidden[2] = {difference->reference.hidden_share, difference->decoded.hidden_share};
+    for (int k = 0; k < 2; k++) {
+        summary->hidden_mean[k] += hidden[k];
+        summary->hidden_max[k] = fmax(summary->hidden_max[k], hidden[k]);
+    }
 }
 
 nsdf_status nsdf_compare_summarise(const nsdf_difference *differences, uint32_t count, double peak,
@@ -45,6 +50,7 @@ nsdf_status nsdf_compare_summarise(const nsdf_difference *differences, uint32_t 
     for (int k = 0; k < 2; k++) {
         s.mean[k] /= count;
         s.normal_mean[k] /= count;
+        s.hidden_mean[k] /= count;
         s.rms[k] = sqrt(sum[k].distance / count);
         s.normal_rms[k] = sqrt(sum[k].normal / count);
     }

@@ -3,6 +3,7 @@
 #include <math.h>
 #include <stdlib.h>
 
+#include "hidden.h"
 #include "weld.h"
 
 /* Squares of squares of what is smaller would not be numbers any more. */
@@ -48,6 +49,21 @@ static int copy_surface(nsdf_surface *surface, const nsdf_input_mesh *mesh, cons
     return nsdf_weld_surface(surface);
 }
 
+/* Only what an observer outside of the bodies meets stays. */
+static int leave_out_hidden(nsdf_compared_mesh *compared) {
+    nsdf_surface bodies = {0}, outer = {0};
+    int result = nsdf_find_bodies(&compared->whole, &bodies);
+    if (result == 0) {
+        result = nsdf_find_outer(&compared->whole, &bodies, 1, &outer);
+    }
+    if (outer.triangle_count > 0) {
+        compared->surface = outer;
+        compared->hidden_share = 1.0 - nsdf_surface_area(&outer) / nsdf_surface_area(&compared->whole);
+    }
+    free(bodies.indices);
+    return result;
+}
+
 static int make_room(nsdf_compared_mesh *compared) {
     const nsdf_surface *surface = &compared->surface;
     compared->used = calloc(surface->vertex_count, sizeof *compared->used);
@@ -63,13 +79,15 @@ static int make_room(nsdf_compared_mesh *compared) {
 }
 
 int nsdf_compared_mesh_prepare(nsdf_compared_mesh *compared, const nsdf_input_mesh *mesh, const nsdf_pair_frame *frame,
-                               uint32_t samples) {
+                               uint32_t samples, bool outer) {
     *compared = (nsdf_compared_mesh){.mesh = mesh, .samples = samples};
-    if (copy_surface(&compared->surface, mesh, frame) != 0) {
-        return -1;
+    const int copied = copy_surface(&compared->whole, mesh, frame);
+    compared->surface = compared->whole;
+    if (copied != 0 || compared->whole.triangle_count == 0) {
+        return copied;
     }
-    if (compared->surface.triangle_count == 0) {
-        return 0;
+    if (outer && leave_out_hidden(compared) != 0) {
+        return -1;
     }
     return make_room(compared) == 0 && nsdf_nearest_index_build(&compared->index, &compared->surface) == 0 &&
                    nsdf_area_table_create(&compared->areas, &compared->surface) == 0
@@ -81,7 +99,10 @@ void nsdf_compared_mesh_free(nsdf_compared_mesh *compared) {
     nsdf_nearest_index_free(&compared->index);
     nsdf_nearest_index_free(&compared->cloud_index);
     nsdf_area_table_free(&compared->areas);
-    nsdf_surface_free(&compared->surface);
+    if (compared->surface.indices != compared->whole.indices) {
+        free(compared->surface.indices);
+    }
+    nsdf_surface_free(&compared->whole);
     free(compared->cloud.indices); /* its positions are the points */
     free(compared->used);
     free(compared->points);

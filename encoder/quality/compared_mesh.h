@@ -28,7 +28,9 @@ typedef struct nsdf_pair_frame {
 
 typedef struct nsdf_compared_mesh {
     const nsdf_input_mesh *mesh;    /* borrowed */
-    nsdf_surface surface;           /* in the pair's frame; welded, triangles without area left out */
+    nsdf_surface whole;             /* in the pair's frame; welded, triangles without area left out */
+    nsdf_surface surface;           /* what is measured: the whole or its outer triangles, on the whole's positions */
+    double hidden_share;            /* of the whole's area that is not measured */
     bool *used;                     /* [vertex]: a triangle of the surface has it */
     nsdf_nearest_index index;       /* of the surface */
     nsdf_area_table areas;          /* of the surface */
@@ -42,10 +44,10 @@ typedef struct nsdf_compared_mesh {
 nsdf_pair_frame nsdf_pair_frame_of(const nsdf_input_mesh *first, const nsdf_input_mesh *second);
 
 /* Makes surface, index and areas, and room for the points; without index when the surface turns out to have no
- * triangle.  The mesh has passed nsdf_check_mesh.  Returns 0, or -1 when memory ran out; the compared mesh can be freed
- * in either case. */
+ * triangle; with `outer`, leaves out what is hidden (nsdf/compare.h).  The mesh has passed nsdf_check_mesh.  Returns 0,
+ * or -1 when memory ran out; the compared mesh can be freed in either case. */
 int nsdf_compared_mesh_prepare(nsdf_compared_mesh *compared, const nsdf_input_mesh *mesh, const nsdf_pair_frame *frame,
-                               uint32_t samples);
+                               uint32_t samples, bool outer);
 void nsdf_compared_mesh_free(nsdf_compared_mesh *compared);
 
 /* Draws the points of one chunk: the same random numbers for every mesh. */

@@ -136,7 +136,7 @@ static void d1_is_the_distance_to_the_nearest_point(void **state) {
     nsdf_pair_frame frame = nsdf_pair_frame_of(&views[0], &views[1]);
     nsdf_compared_mesh compared[2];
     for (int k = 0; k < 2; k++) {
-        assert_int_equal(nsdf_compared_mesh_prepare(&compared[k], &views[k], &frame, POINTS), 0);
+        assert_int_equal(nsdf_compared_mesh_prepare(&compared[k], &views[k], &frame, POINTS, false), 0);
         for (uint32_t chunk = 0; chunk < nsdf_chunk_count(POINTS); chunk++) {
             nsdf_compared_mesh_draw(&compared[k], chunk, 1);
         }

@@ -28,12 +28,19 @@ enum {
 };
 #define NSDF_COMPARE_ALL 15u
 
+/* The meshes of a pair. */
+enum { NSDF_COMPARE_REFERENCE = 1, NSDF_COMPARE_DECODED = 2 };
+
 typedef struct nsdf_compare_options {
     size_t struct_size; /* set by nsdf_compare_options_init */
     uint32_t samples;   /* random points of each surface, uniform by area: 1 to 2^24; default 20,000 */
     uint32_t measures;  /* NSDF_COMPARE_...; default NSDF_COMPARE_ALL */
     uint32_t threads;   /* 0 = one per core (default) */
     uint64_t seed;      /* of the random points; default 1 */
+    uint32_t outer;     /* NSDF_COMPARE_REFERENCE and _DECODED: distances and angles without the triangles of this mesh
+                           that lie in its own closed pieces, which no surface of a solid has; default 0.  A triangle
+                           counts as hidden by what is 1e-4 of the diagonal of the two meshes' box beside its middle.
+                           Open pieces hide nothing.  Shapes and FMPD are of the whole mesh still */
 } nsdf_compare_options;
 
 NSDF_API void nsdf_compare_options_init(nsdf_compare_options *options);
@@ -58,6 +65,7 @@ typedef struct nsdf_shape {
     int64_t euler;                /* V - E + F: 2 - 2 genus for each closed piece */
     uint32_t open_edges;          /* edges that do not have two triangles in opposite directions */
     double area, volume;          /* volume by the divergence theorem: negative where triangles face inward */
+    double hidden_share;          /* of the area, left out by options.outer: 0 to 1; 0 without it */
     double roughness;             /* GR of thesis 6.11; depends on the other mesh through the threshold of 6.10; set
                                      with NSDF_COMPARE_FMPD */
 } nsdf_shape;
@@ -98,6 +106,7 @@ typedef struct nsdf_difference_summary {
     double normal_mean[2], normal_rms[2];
     double fmpd_max, fmpd_mean;
     uint32_t component_mismatches, euler_mismatches; /* frames whose two meshes differ in it */
+    double hidden_mean[2], hidden_max[2]; /* hidden_share of the reference and of the decoded meshes over the frames */
 } nsdf_difference_summary;
 
 /* `peak` is the P of nsdf_psnr: the longest side of the reference sequence's box.  NSDF_INVALID_ARGUMENT when count is
