@@ -1,5 +1,6 @@
 /* The library's C++ calls tinygltf: nothing of it leaves by exceptions. */
 extern "C" {
+#include "gltf_container.h"
 #include "gltf_read.h"
 #include "input_error.h"
 }
@@ -277,12 +278,15 @@ nsdf_status load(const char *name, const char *text, size_t size, tinygltf::Mode
     loader.SetImageLoader(skip_image, nullptr);
     if (size > UINT32_MAX)
         return nsdf_input_fail(error, NSDF_LIMIT, "%s: too large", nsdf_show_path(name).text);
-    const bool binary = size >= 4 && std::equal(text, text + 4, "glTF");
+    bool binary = false;
+    const nsdf_status status = nsdf_gltf_check_container(name, text, size, &binary, error);
+    if (status != NSDF_OK)
+        return status;
     const bool read = binary ? loader.LoadBinaryFromMemory(&model, &why, &warning, (const unsigned char *)text,
                                                            (unsigned)size, folder)
                              : loader.LoadASCIIFromString(&model, &why, &warning, text, (unsigned)size, folder);
     if (!read)
-        return refuse(name, error, why.empty() ? "not a glTF file" : why.substr(0, why.find_first_of("\r\n")));
+        return nsdf_gltf_refuse(name, text, size, binary, why.empty() ? "not a glTF file" : why.c_str(), error);
     return check_extensions(name, model, error);
 }
 
