@@ -15,7 +15,8 @@ struct play_reference {
     const char *folder; /* borrowed */
     char **names;       /* owned, in the folder */
     uint32_t count, capacity;
-    uint32_t loaded; /* index + 1; 0 = none */
+    uint32_t *frames; /* [count], ascending: of each mesh; NULL = mesh i is frame i */
+    uint32_t loaded;  /* index + 1; 0 = none */
     play_obj_mesh mesh;
 };
 
@@ -87,17 +88,86 @@ static int list_folder(play_reference *r) {
     return result;
 }
 
+/* ---- Times ----------------------------------------------------------------------------------------------- */
+
+/* The last number in a name; 0 when it has none, or one too large. */
+static int number_of(const char *name, uint32_t *number) {
+    const char *end = name + strlen(name);
+    while (end > name && !isdigit((unsigned char)end[-1]))
+        end--;
+    const char *begin = end;
+    while (begin > name && isdigit((unsigned char)begin[-1]))
+        begin--;
+    const unsigned long long value = begin < end && end - begin < 19 ? strtoull(begin, NULL, 10) : UINT32_MAX;
+    *number = (uint32_t)value;
+    return value < UINT32_MAX;
+}
+
+/* As nsdf-cmp has it: meshes are as far apart in time as the numbers in their names, from the first on. */
+static int number_meshes(play_reference *r) {
+    uint32_t first = 0;
+    for (uint32_t i = 0; i < r->count; i++) {
+        if (!number_of(r->names[i], &r->frames[i]) || (i > 0 && r->frames[i] - first <= r->frames[i - 1]))
+            return 0;
+        first = i == 0 ? r->frames[0] : first;
+        r->frames[i] -= first;
+    }
+    return 1;
+}
+
+/* Whether they reach the last frame, give or take one of their intervals. */
+static int reach(const play_reference *r, uint32_t last) {
+    uint32_t interval = 1;
+    for (uint32_t i = 1; i < r->count; i++)
+        if (r->frames[i] - r->frames[i - 1] > interval)
+            interval = r->frames[i] - r->frames[i - 1];
+    return (uint64_t)r->frames[r->count - 1] + interval > last;
+}
+
+/* For a folder of another number of meshes than the file has frames. */
+static int match_times(play_reference *r, uint32_t count) {
+    const unsigned long meshes = r->count, frames = count;
+    if (r->count == 0 || !(r->frames = malloc(r->count * sizeof *r->frames))) {
+        nsdf_cli_error("%s: %lu OBJ meshes, but the file has %lu frames", r->folder, meshes, frames);
+        return NSDF_CLI_FAILURE;
+    }
+    if (!number_meshes(r)) {
+        nsdf_cli_error("%s: %lu OBJ meshes, but the file has %lu frames: expected a number of its own in each name, "
+                       "which tells its time",
+                       r->folder, meshes, frames);
+        return NSDF_CLI_FAILURE;
+    }
+    if (!reach(r, count - 1)) {
+        nsdf_cli_error("%s: %lu OBJ meshes, but the file has %lu frames: by its number the last mesh is frame %lu, "
+                       "expected about %lu",
+                       r->folder, meshes, frames, (unsigned long)r->frames[r->count - 1], frames - 1);
+        return NSDF_CLI_FAILURE;
+    }
+    nsdf_cli_warn("%s: %lu OBJ meshes for %lu frames: of each frame the mesh nearest in time is shown", r->folder,
+                  meshes, frames);
+    return NSDF_CLI_SUCCESS;
+}
+
+/* The earlier of two that are equally near. */
+static uint32_t nearest_mesh(const play_reference *r, uint32_t frame) {
+    uint32_t best = 0;
+    if (!r->frames)
+        return frame;
+    while (best + 1 < r->count && r->frames[best + 1] <= frame)
+        best++;
+    return best + 1 < r->count && r->frames[best + 1] - frame < frame - r->frames[best] ? best + 1 : best;
+}
+
+/* ---- Folders --------------------------------------------------------------------------------------------- */
+
 int play_reference_open(play_reference **reference, const char *folder, uint32_t count) {
     play_reference *r = calloc(1, sizeof *r);
     if (!r)
         return no_memory();
     r->folder = folder;
     int result = list_folder(r);
-    if (result == NSDF_CLI_SUCCESS && r->count != count) {
-        nsdf_cli_error("%s: %lu OBJ meshes, but the file has %lu frames", folder, (unsigned long)r->count,
-                       (unsigned long)count);
-        result = NSDF_CLI_FAILURE;
-    }
+    if (result == NSDF_CLI_SUCCESS && r->count != count)
+        result = match_times(r, count);
     if (result == NSDF_CLI_SUCCESS)
         *reference = r;
     else
@@ -111,6 +181,7 @@ void play_reference_close(play_reference *r) {
     for (uint32_t i = 0; i < r->count; i++)
         free(r->names[i]);
     free(r->names);
+    free(r->frames);
     play_obj_free(&r->mesh);
     free(r);
 }
@@ -161,7 +232,8 @@ static int load(play_reference *r, const char *path) {
     return NSDF_CLI_FAILURE;
 }
 
-int play_reference_load(play_reference *r, uint32_t index, nsdf_mesh_view *view) {
+int play_reference_load(play_reference *r, uint32_t frame, nsdf_mesh_view *view) {
+    const uint32_t index = nearest_mesh(r, frame);
     int result = NSDF_CLI_SUCCESS;
     if (r->loaded != index + 1) {
         const char *name = r->names[index];

@@ -39,3 +39,25 @@ size_of film.y4m
 nsdf-play -q fixture/tiny.nsdf --offscreen both.png --times 0 --size 64x48 --compare fixture/frames/
 nsdf-play -q fixture/tiny.nsdf --offscreen heat.png --times 0 --size 65x48 --compare fixture/frames --heatmap
 for name in both heat; do [ "$(size_of "$name.png")" -gt 500 ] || give_up "$name.png is empty"; done
+# Of another number of meshes, those nearest in time: of 0, 2 and 4 the last for the last frame.
+i=0
+mkdir some some_more short same_names
+for mesh in fixture/frames/*.obj; do
+    [ $((i % 2)) = 1 ] || cp "$mesh" some/mesh_$((i + 10)).obj
+    [ $i -gt 2 ] || cp "$mesh" short/mesh_$i.obj
+    [ $i -gt 2 ] || cp "$mesh" same_names/$(printf '%*s' $((i + 1)) | tr ' ' m).obj
+    [ $i = 4 ] && cp "$mesh" one.obj
+    i=$((i + 1))
+done
+last=(--offscreen x.png --size 64x48 --frames 5 --no-overlay)
+nsdf-play fixture/tiny.nsdf "${last[@]}" --compare some 2>err
+grep -c "some: 3 OBJ meshes for 6 frames: of each frame the mesh nearest in time is shown" err
+cp x.png nearest.png
+cp some/* some_more && rm some_more/mesh_14.obj && cp one.obj some_more/mesh_15.obj
+nsdf-play -q fixture/tiny.nsdf "${last[@]}" --compare some_more
+same nearest.png x.png
+cp some/mesh_10.obj some_more/mesh_15.obj
+nsdf-play -q fixture/tiny.nsdf "${last[@]}" --compare some_more
+cmp -s nearest.png x.png || echo "another mesh"
+fails 1 'the last mesh is frame 2, expected about 5' nsdf-play fixture/tiny.nsdf "${last[@]}" --compare short
+fails 1 'expected a number of its own in each name' nsdf-play fixture/tiny.nsdf "${last[@]}" --compare same_names
