@@ -22,14 +22,26 @@ static void count_and_evaluate(void *user, uint32_t worker, size_t count, const 
     *(grad && grad[0] ? &c->points->gradients : &c->points->values) += count;
 }
 
+static void count_and_measure(void *user, uint32_t worker, size_t count, const float *const xyz[3], float enough,
+                              float *value, uint8_t *exact) {
+    const counter *c = user;
+    const double start = bench_seconds();
+    nsdf_segment_field_measure(c->field, worker, count, xyz, enough, value, exact);
+    c->points->seconds_field += bench_seconds() - start;
+    c->points->values += count;
+}
+
 static nsdf_mesher_job job_of(const nsdf_decoder *decoder, uint32_t resolution, counter *c) {
     const nsdf_file_header *header = &decoder->stream.header;
     nsdf_mesh_options options;
     nsdf_mesher_job job;
     nsdf_mesh_options_init(&options);
     memset(&job, 0, sizeof job);
+    job.field = nsdf_segment_field_view(c->field);
     job.field.user = c;
     job.field.evaluate = count_and_evaluate;
+    if (job.field.measure)
+        job.field.measure = count_and_measure;
     memcpy(job.domain_min, header->domain_min, sizeof job.domain_min);
     memcpy(job.domain_max, header->domain_max, sizeof job.domain_max);
     memcpy(job.centre, header->centre, sizeof job.centre);
@@ -74,8 +86,10 @@ nsdf_status bench_network_flop(nsdf_decoder *decoder, double t, bench_flop *flop
     for (uint32_t i = 0; i < decoder->field.segments[0]->part_count; i++) {
         const nsdf_segment_part *part = &decoder->field.segments[0]->parts[i];
         const nsdf_network *network = &part->at.network;
-        if (part->kind != NSDF_PART_NETWORK)
-            return NSDF_UNSUPPORTED_FEATURE;
+        if (part->kind != NSDF_PART_NETWORK) {
+            *flop = (bench_flop){0, 0};
+            return NSDF_OK;
+        }
         flop->value += products(&network->encoding);
         for (uint32_t l = 0; l < network->layer_count; l++)
             flop->value += products(&network->layers[l]);

@@ -113,7 +113,7 @@ typedef struct evaluation {
     float *distance, *gradient;
     uint32_t count;
     int with_gradient;
-    double flop; /* of a call */
+    double flop; /* of a call; 0: not known */
 } evaluation;
 
 typedef struct bench {
@@ -186,6 +186,8 @@ static void print_evaluation(const bench *b, uint32_t index) {
     const evaluation *e = &b->evaluations[index];
     bench_row row = bench_rate(section, timed, 1e-6 * e->count, "Mpoints/s");
     bench_print(&row);
+    if (!(e->flop > 0))
+        return;
     row = bench_rate(section, timed, 1e-9 * e->flop, "GFLOP/s");
     for (uint32_t i = 0; i < b->peaks; i++)
         if (b->peak_isa[i] == e->isa && b->cases[i].threads == timed->threads)

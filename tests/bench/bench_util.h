@@ -41,8 +41,9 @@ typedef struct bench_row {
     const char *section, *measure, *unit;
     uint32_t threads, runs; /* runs 0: counted, not timed */
     double best, median;
-    double cpu;                        /* by processor time; 0 = not known */
-    double of_sgemm, of_fma, of_draco; /* as a fraction of a peer in the same run; 0 = not compared */
+    double cpu;              /* by processor time; 0 = not known */
+    double of_sgemm, of_fma; /* as a fraction of a peer in the same run; 0 = not compared */
+    double of_draco;         /* in Draco's rows: our time over this one */
 } bench_row;
 
 /* work(units a call) / seconds. */

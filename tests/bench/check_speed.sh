@@ -16,7 +16,8 @@ fail() {
 }
 
 rm -rf "$work"
-"$here/speed" --tiny --bin "$bin" --out "$work" --csv "$work/speed.csv" --json "$work/speed.json" >"$work.txt"
+"$here/speed" --tiny --model network --bin "$bin" --out "$work" --csv "$work/speed.csv" --json "$work/speed.json" \
+    >"$work.txt"
 
 # expect SECTION MEASURE UNIT THREADS...: for each count of threads one row, with positive numbers (seconds may be
 # rounded to 0).  MEASURE is a pattern.
@@ -44,6 +45,17 @@ expect_ratio() {
             $1 == section && $2 ~ measure && $3 == threads && $6 == unit && at && $at > 0 { found = 1 }
             END { exit !found }' "$work/speed.csv" ||
             fail "no $column: $section, $measure, $threads threads, $unit"
+    done
+}
+
+# The rows of both kinds of meshes at a resolution.
+expect_draco() {
+    local coding
+    expect draco "at $1: size" vertices 1
+    expect draco "at $1: NSDF" ms/frame 1
+    expect draco "at $1: NSDF with normals" us/vertex 1
+    for coding in '-cl 7 -qp 11' '-cl 10 -qp 11' '-cl 10 -qp 12' '-cl 7 -qp 11 -qn 8' '-cl 10 -qp 12 -qn 10'; do
+        expect_ratio draco "at $1: Draco $coding" us/vertex of_draco 1
     done
 }
 
@@ -93,9 +105,7 @@ if has OpenBLAS; then
 fi
 if has Draco; then
     for resolution in 16 32; do
-        expect draco "frame at $resolution: NSDF" ms/frame 1
-        expect draco "frame at $resolution: Draco" us/vertex 1
-        expect_ratio draco "frame at $resolution: NSDF" us/vertex of_draco 1
+        expect_draco "$resolution"
     done
     expect draco 'original frame: Draco' us/vertex 1
 fi
@@ -103,5 +113,14 @@ fi
 rows=$(($(wc -l <"$work/speed.csv") - 1))
 [ "$(grep -c '"section"' "$work/speed.json")" = "$rows" ] || fail "speed.json has not the $rows rows of speed.csv"
 grep -q "^frame at 32 " "$work.txt" || fail "the table has no frames"
+
+# Blocks: what depends on the model, without operations, which nobody knows of them.
+"$bin/bench_speed" --tiny --sections decode,draco "$here/../../samples/walker.nsdf" | grep -v "^# " >"$work/speed.csv"
+expect decode 'frame at 32' ms/frame 1 2
+expect decode 'frame at 32: values' points 1
+expect decode "nsdf_evaluate: gradient $best" Mpoints/s 1 2
+! grep -q 'nsdf_evaluate.*GFLOP' "$work/speed.csv" || fail 'operations of blocks are not known'
+! has Draco || expect_draco 32
+"$here/speed" --tiny --model spheres >/dev/null 2>&1 && fail 'a model that does not exist was taken'
 echo "$rows rows; $failures failures"
 [ "$failures" -eq 0 ]

@@ -32,16 +32,25 @@ void check(const draco::Status &status) {
         throw std::runtime_error(status.error_msg_string());
 }
 
-std::unique_ptr<draco::Mesh> build(const float *positions, const uint32_t *indices, uint32_t triangle_count) {
-    draco::TriangleSoupMeshBuilder builder;
-    builder.Start(static_cast<int>(triangle_count));
-    const int attribute = builder.AddAttribute(draco::GeometryAttribute::POSITION, 3, draco::DT_FLOAT32);
+void add_attribute(draco::TriangleSoupMeshBuilder &builder, draco::GeometryAttribute::Type type, const float *values,
+                   const uint32_t *indices, uint32_t triangle_count) {
+    const int attribute = builder.AddAttribute(type, 3, draco::DT_FLOAT32);
     for (uint32_t i = 0; i < triangle_count; i++) {
         const uint32_t *corner = indices + 3 * static_cast<size_t>(i);
-        builder.SetAttributeValuesForFace(
-            attribute, draco::FaceIndex(i), positions + 3 * static_cast<size_t>(corner[0]),
-            positions + 3 * static_cast<size_t>(corner[1]), positions + 3 * static_cast<size_t>(corner[2]));
+        builder.SetAttributeValuesForFace(attribute, draco::FaceIndex(i), values + 3 * static_cast<size_t>(corner[0]),
+                                          values + 3 * static_cast<size_t>(corner[1]),
+                                          values + 3 * static_cast<size_t>(corner[2]));
     }
+}
+
+// `normals` may be null.
+std::unique_ptr<draco::Mesh> build(const float *positions, const float *normals, const uint32_t *indices,
+                                   uint32_t triangle_count) {
+    draco::TriangleSoupMeshBuilder builder;
+    builder.Start(static_cast<int>(triangle_count));
+    add_attribute(builder, draco::GeometryAttribute::POSITION, positions, indices, triangle_count);
+    if (normals != nullptr)
+        add_attribute(builder, draco::GeometryAttribute::NORMAL, normals, indices, triangle_count);
     std::unique_ptr<draco::Mesh> mesh = builder.Finalize();
     if (mesh == nullptr)
         throw std::runtime_error("Draco cannot build the mesh");
@@ -53,6 +62,8 @@ void encode(const draco::Mesh &mesh, const draco_mesh_options &options, draco::E
     draco::Encoder encoder;
     encoder.SetSpeedOptions(speed, speed);
     encoder.SetAttributeQuantization(draco::GeometryAttribute::POSITION, options.position_bits);
+    if (options.normal_bits > 0)
+        encoder.SetAttributeQuantization(draco::GeometryAttribute::NORMAL, options.normal_bits);
     check(encoder.EncodeMeshToBuffer(mesh, &buffer));
 }
 
@@ -78,11 +89,12 @@ std::unique_ptr<draco::Mesh> decode(const void *data, size_t size) {
 
 } // namespace
 
-int draco_mesh_encode(const float *positions, const uint32_t *indices, uint32_t triangle_count,
+int draco_mesh_encode(const float *positions, const float *normals, const uint32_t *indices, uint32_t triangle_count,
                       const draco_mesh_options *options, draco_mesh_bytes *bytes, draco_mesh_error *error) {
     try {
         draco::EncoderBuffer buffer;
-        encode(*build(positions, indices, triangle_count), *options, buffer);
+        const float *wanted = options->normal_bits > 0 ? normals : nullptr;
+        encode(*build(positions, wanted, indices, triangle_count), *options, buffer);
         *bytes = copy_bytes(buffer);
         return 0;
     } catch (const std::exception &failure) {

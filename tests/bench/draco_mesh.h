@@ -1,4 +1,5 @@
-/* Draco for the benches, as C functions: libdraco has a C++ interface only.  Geometry alone: positions and triangles.
+/* Draco for the benches, as C functions: libdraco has a C++ interface only.  Positions, normals where
+ * they are wanted, and triangles.
  *
  * Functions that can fail say how they show it, and then fill in `error`. */
 #ifndef DRACO_MESH_H
@@ -14,6 +15,7 @@ extern "C" {
 typedef struct draco_mesh_options {
     int level;         /* compression level, 0 (fast) to 10 (small): -cl of draco_encoder */
     int position_bits; /* of each coordinate, 1 to 30: -qp of draco_encoder */
+    int normal_bits;   /* of each of the two coordinates of a normal, 2 to 30: -qn; 0 = no normals */
 } draco_mesh_options;
 
 typedef struct draco_mesh_bytes {
@@ -27,9 +29,10 @@ typedef struct draco_mesh_error {
 
 typedef struct draco_mesh_decoded draco_mesh_decoded; /* as Draco's decoder leaves it */
 
-/* Encodes positions [][3] and indices [triangle_count][3].  Equal positions become one vertex, as Draco's own reader of
- * OBJ files has it.  Returns 0, or -1 with bytes untouched; the bytes are freed with draco_mesh_bytes_free. */
-int draco_mesh_encode(const float *positions, const uint32_t *indices, uint32_t triangle_count,
+/* Encodes positions [][3], normals [][3] if options have bits for them (else they may be NULL), and indices
+ * [triangle_count][3].  Equal vertices become one, as Draco's own reader of OBJ files has it.  Returns 0, or -1 with
+ * bytes untouched; the bytes are freed with draco_mesh_bytes_free. */
+int draco_mesh_encode(const float *positions, const float *normals, const uint32_t *indices, uint32_t triangle_count,
                       const draco_mesh_options *options, draco_mesh_bytes *bytes, draco_mesh_error *error);
 void draco_mesh_bytes_free(draco_mesh_bytes *bytes);
 

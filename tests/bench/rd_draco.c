@@ -94,7 +94,8 @@ static int code_surface(nsdf_surface *surface, const request *r, uint32_t frame,
     const double start = milliseconds();
     if (simplify(surface, r))
         return failed(path, "out of memory");
-    if (draco_mesh_encode(surface->positions, surface->indices, surface->triangle_count, &options, &bytes, &error))
+    if (draco_mesh_encode(surface->positions, NULL, surface->indices, surface->triangle_count, &options, &bytes,
+                          &error))
         return failed(path, error.message);
     const double encoded = milliseconds();
     draco_mesh_decoded *decoded = draco_mesh_decode(bytes.data, bytes.size, &error);

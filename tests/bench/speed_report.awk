@@ -11,7 +11,7 @@ BEGIN {
     titles["fit"] = "Fitting: kernels, and what the machine can do (fit)"
     titles["encode"] = "Encoding: nsdf-enc as a whole (encode)"
     titles["decode"] = "Decoding (decode)"
-    titles["draco"] = "Decoding beside Draco -cl 10 -qp 11, without normals (draco)"
+    titles["draco"] = "Decoding beside Draco; normals on both sides (-qn) or on neither (draco)"
     titles["memory"] = "Peak memory of a process (memory)"
 }
 
@@ -116,7 +116,7 @@ function line_of(section, measure, threads, best, median, cpu, unit, of_sgemm, o
 
 function print_heading(section) {
     printf "\n%s\n%s\n", titles[section],
-        line_of(section, "", "threads", "best", "median", "cpu", "", "of sgemm", "of loop", "of Draco")
+        line_of(section, "", "threads", "best", "median", "cpu", "", "of sgemm", "of loop", "NSDF / it")
 }
 
 function print_line(i, section) {
