@@ -36,8 +36,9 @@ typedef struct nsdf_block_kernels {
      * nearer than *square says at first, the answer is `groups` * NSDF_BLOCK_GROUP. */
     uint32_t (*find_nearest)(const nsdf_block_group *group, const nsdf_group_balls *balls, uint32_t groups,
                              const float x[3], float *square);
-    /* Generalised winding number of the blocks as oriented elements of surface (Barill et al. 2018, eq. 11). */
-    float (*wind)(const nsdf_block_group *group, uint32_t groups, const float x[3]);
+    /* Whether the generalised winding number of the blocks as oriented elements of surface (Barill et al. 2018, eq. 11)
+     * is above 1/2 at a point.  The number as all tables add it up decides, though not all have to work it out. */
+    int (*is_wound)(const nsdf_block_group *group, uint32_t groups, const float x[3]);
 } nsdf_block_kernels;
 
 /* The best table among those that `features` (NSDF_CPU_...) allows; plain C for 0. */

@@ -10,6 +10,8 @@
 #define LANES 8
 #define LANE_BITS(mask) ((uint32_t)_mm256_movemask_ps((__m256)(mask)))
 
+#define ROUGH_INVERSE_ROOT(v) ((lanes)_mm256_rsqrt_ps((__m256)(v)))
+
 #include "block_kernels_impl.h"
 
 const nsdf_block_kernels *nsdf_block_kernels_avx2(void) {

@@ -14,6 +14,8 @@
 #define LANES 16
 #define LANE_BITS(mask) ((uint32_t)_mm512_test_epi32_mask((__m512i)(mask), (__m512i)(mask)))
 
+#define ROUGH_INVERSE_ROOT(v) ((lanes)_mm512_rsqrt14_ps((__m512)(v)))
+
 #include "block_kernels_impl.h"
 
 const nsdf_block_kernels *nsdf_block_kernels_avx512(void) {

@@ -111,14 +111,29 @@ typedef struct far_point {
     float size;     /* |f| */
 } far_point;
 
+/* A little more than the squared distance from x to a block's centre. */
+static float square_beyond(const nsdf_blocks *b, uint32_t k, const float x[3]) {
+    float square = 0.0f;
+    for (int axis = 0; axis < 3; axis++) {
+        const float away = b->groups[k / NSDF_BLOCK_GROUP].centre[axis][k % NSDF_BLOCK_GROUP] - x[axis];
+        square += away * away;
+    }
+    return 1.0001f * square + 1e-12f;
+}
+
 /* Where |f| is above `enough`, the size may be anything above it: no centre is then as near as that and half the
- * largest radius. */
+ * largest radius.  *near is a block that may be near, or block_count, and becomes the nearest one: it shortens the
+ * search for the next point. */
 static far_point measure_far(const nsdf_blocks *b, const nsdf_block_kernels *kernels, const part *t, uint32_t p,
-                             float enough) {
+                             float enough, uint32_t *near) {
     far_point far = {{t->x[0][p], t->x[1][p], t->x[2][p]}, 0, 0.0f, 0.0f};
     const float reach = enough < nowhere ? 1.0001f * (enough + 0.5f * b->largest_radius) : nowhere;
     float square = reach * reach;
+    if (*near < b->desc->block_count)
+        square = fminf(square, square_beyond(b, *near, far.x));
     far.nearest = kernels->find_nearest(b->groups, b->balls, nsdf_block_groups(b->desc->block_count), far.x, &square);
+    if (far.nearest < b->desc->block_count)
+        *near = far.nearest;
     const float d = far.distance = sqrtf(square);
     const float radius = far.nearest < b->desc->block_count ? b->blocks[far.nearest].radius : 0.0f;
     far.size = d - 0.5f * radius > 0.25f * radius ? d - 0.5f * radius : 0.25f * radius;
@@ -127,10 +142,10 @@ static far_point measure_far(const nsdf_blocks *b, const nsdf_block_kernels *ker
 
 /* The sign tells on which side of the blocks the point is.  The slope of |f| is along the way from the nearest centre,
  * 0 where |f| is at its least or no block is there. */
-static void set_far(const nsdf_blocks *b, const nsdf_block_kernels *kernels, uint32_t p, part *t) {
-    const far_point far = measure_far(b, kernels, t, p, nowhere);
-    const float wound = kernels->wind(b->groups, nsdf_block_groups(b->desc->block_count), far.x);
-    const float sign = wound > 0.5f ? -1.0f : 1.0f;
+static void set_far(const nsdf_blocks *b, const nsdf_block_kernels *kernels, uint32_t p, part *t, uint32_t *near) {
+    const far_point far = measure_far(b, kernels, t, p, nowhere, near);
+    const int wound = kernels->is_wound(b->groups, nsdf_block_groups(b->desc->block_count), far.x);
+    const float sign = wound ? -1.0f : 1.0f;
     const uint32_t k = far.nearest;
     const int slopes = k < b->desc->block_count && far.size > 0.25f * b->blocks[k].radius;
     t->f[p] = sign * far.size;
@@ -178,6 +193,7 @@ void nsdf_blocks_evaluate(const nsdf_blocks *blocks, const nsdf_block_kernels *k
                           const float *xyz, float *value, float *gradient) {
     const float *const x[3] = {xyz, xyz + stride, xyz + 2 * stride};
     nsdf_near_blocks near;
+    uint32_t nearest = blocks->desc->block_count;
     const int few = find_near(blocks, kernels, x, count, &near);
     for (size_t from = 0; from < count; from += NSDF_BLOCK_POINTS) {
         part t;
@@ -185,7 +201,7 @@ void nsdf_blocks_evaluate(const nsdf_blocks *blocks, const nsdf_block_kernels *k
         const size_t n = gather(from, count, stride, xyz, &t);
         set_near(blocks, kernels, few ? &near : NULL, n, gradient != NULL, &t, &far);
         for (size_t i = 0; i < far.count; i++)
-            set_far(blocks, kernels, far.list[i], &t);
+            set_far(blocks, kernels, far.list[i], &t, &nearest);
         for (size_t p = 0; p < n; p++)
             value[from + p] += t.f[p];
         for (size_t axis = 0; gradient && axis < 3; axis++)
@@ -198,6 +214,7 @@ void nsdf_blocks_measure(const nsdf_blocks *blocks, const nsdf_block_kernels *ke
                          const float *xyz, float enough, float *value, uint8_t *exact) {
     const float *const x[3] = {xyz, xyz + stride, xyz + 2 * stride};
     nsdf_near_blocks near;
+    uint32_t nearest = blocks->desc->block_count;
     const int few = find_near(blocks, kernels, x, count, &near);
     memset(exact, 1, count);
     for (size_t from = 0; from < count; from += NSDF_BLOCK_POINTS) {
@@ -206,7 +223,7 @@ void nsdf_blocks_measure(const nsdf_blocks *blocks, const nsdf_block_kernels *ke
         const size_t n = gather(from, count, stride, xyz, &t);
         set_near(blocks, kernels, few ? &near : NULL, n, 0, &t, &far);
         for (size_t i = 0; i < far.count; i++) {
-            t.f[far.list[i]] = measure_far(blocks, kernels, &t, far.list[i], enough).size;
+            t.f[far.list[i]] = measure_far(blocks, kernels, &t, far.list[i], enough, &nearest).size;
             exact[from + far.list[i]] = 0;
         }
         memcpy(value + from, t.f, n * sizeof *value);
