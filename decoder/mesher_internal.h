@@ -92,7 +92,7 @@ struct nsdf_mesher {
     nsdf_array values;          /* float [brick][512]: field at the corners that are evaluated */
     nsdf_array points;          /* nsdf_grid_point: to be evaluated */
     nsdf_array point_values;    /* float */
-    nsdf_array exact;           /* uint8_t: of measured points, whether they have their value */
+    nsdf_array exact;           /* uint8_t: of measured points, whether they have their value; of cubes more */
     nsdf_array cubes, split;    /* nsdf_cube: those of one size, and of the next */
     nsdf_array loose;           /* uint8_t [vertex]: 0 = on the zero set, see NSDF_VERTEX_... */
     nsdf_array links, pieces;   /* uint32_t [vertex] and boxes, while pieces are found */

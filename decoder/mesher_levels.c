@@ -1,7 +1,7 @@
 /* Coarse to fine: cubes of 32 cells, of 16, down to 2; those that cannot have the surface in them are dropped. */
 #include "mesher_internal.h"
 
-enum { COARSEST = 32, FINEST = 2 };
+enum { COARSEST = 32, FINEST = 2, CUBES_PER_TASK = 1024 };
 
 static nsdf_status cover_with_cubes(nsdf_mesher *mesher) {
     const uint32_t *cells = mesher->grid.cells;
@@ -20,24 +20,31 @@ static nsdf_status cover_with_cubes(nsdf_mesher *mesher) {
     return NSDF_OK;
 }
 
-/* The corner in the middle of a cube, or nearest to it within the grid. */
-static nsdf_status evaluate_centres(nsdf_mesher *mesher, uint32_t size) {
-    nsdf_status status = nsdf_mesher_reserve(mesher, &mesher->points, mesher->cube_count, 0, sizeof(nsdf_grid_point));
-    if (status != NSDF_OK)
-        return status;
+/* ---- Centres ------------------------------------------------------------------------------------------------ */
+
+/* What is known of a cube, in `exact`. */
+enum { HAS_VALUE = 1, IS_KEPT = 2 };
+
+/* Tasks that are CUBES_PER_TASK cubes each. */
+static nsdf_status for_cubes(nsdf_mesher *mesher, nsdf_task_fn fn) {
+    return nsdf_mesher_parallel(mesher, (mesher->cube_count + CUBES_PER_TASK - 1) / CUBES_PER_TASK, fn);
+}
+
+static uint64_t end_of_task(const nsdf_mesher *mesher, uint32_t task) {
+    const uint64_t end = ((uint64_t)task + 1) * CUBES_PER_TASK;
+    return end < mesher->cube_count ? end : mesher->cube_count;
+}
+
+/* The corners in the middle of cubes, or nearest to it within the grid. */
+static void place_centres(void *data, uint32_t task, uint32_t worker) {
+    const nsdf_mesher *mesher = data;
     const nsdf_cube *cubes = mesher->cubes.data;
     nsdf_grid_point *points = mesher->points.data;
-    status = nsdf_mesher_reserve(mesher, &mesher->exact, mesher->cube_count, 0, sizeof(uint8_t));
-    if (status != NSDF_OK)
-        return status;
-    for (uint64_t i = 0; i < mesher->cube_count; i++)
+    const uint32_t half = mesher->measuring / 2;
+    (void)worker;
+    for (uint64_t i = (uint64_t)task * CUBES_PER_TASK, end = end_of_task(mesher, task); i < end; i++)
         for (int a = 0; a < 3; a++)
-            points[i].at[a] = (uint16_t)nsdf_min_u32(cubes[i].at[a] + size / 2, mesher->grid.cells[a]);
-    mesher->point_count = mesher->cube_count;
-    mesher->measuring = size;
-    status = nsdf_grid_evaluate_points(mesher);
-    mesher->measuring = 0;
-    return status;
+            points[i].at[a] = (uint16_t)nsdf_min_u32(cubes[i].at[a] + half, mesher->grid.cells[a]);
 }
 
 /* Squared radius of the ball about a cube's centre that holds the cube, in cells, and whether it touches the border. */
@@ -65,16 +72,47 @@ static int may_hold_surface(const nsdf_mesher *mesher, const nsdf_cube *cube, ui
     return !(size_square > change * change * square) || (border && value < 0);
 }
 
-static void drop_cubes(nsdf_mesher *mesher, uint32_t size) {
-    nsdf_cube *cubes = mesher->cubes.data;
+static void judge_cubes(void *data, uint32_t task, uint32_t worker) {
+    const nsdf_mesher *mesher = data;
+    const nsdf_cube *cubes = mesher->cubes.data;
     const nsdf_grid_point *points = mesher->points.data;
     const float *values = mesher->point_values.data;
+    uint8_t *known = mesher->exact.data;
+    (void)worker;
+    for (uint64_t i = (uint64_t)task * CUBES_PER_TASK, end = end_of_task(mesher, task); i < end; i++) {
+        const int kept = may_hold_surface(mesher, &cubes[i], mesher->measuring, points[i].at, values[i]);
+        known[i] = (uint8_t)((mesher->job->field.measure ? known[i] : HAS_VALUE) | (kept ? IS_KEPT : 0));
+    }
+}
+
+/* Evaluates the centres of cubes of one size, and tells which may hold the surface. */
+static nsdf_status measure_cubes(nsdf_mesher *mesher, uint32_t size) {
+    nsdf_status status = nsdf_mesher_reserve(mesher, &mesher->points, mesher->cube_count, 0, sizeof(nsdf_grid_point));
+    if (status == NSDF_OK)
+        status = nsdf_mesher_reserve(mesher, &mesher->exact, mesher->cube_count, 0, sizeof(uint8_t));
+    mesher->point_count = mesher->cube_count;
+    mesher->measuring = size;
+    if (status == NSDF_OK)
+        status = for_cubes(mesher, place_centres);
+    if (status == NSDF_OK)
+        status = nsdf_grid_evaluate_points(mesher);
+    if (status == NSDF_OK)
+        status = for_cubes(mesher, judge_cubes);
+    mesher->measuring = 0;
+    return status;
+}
+
+static void drop_cubes(nsdf_mesher *mesher) {
+    nsdf_cube *cubes = mesher->cubes.data;
+    const uint8_t *known = mesher->exact.data;
     uint64_t kept = 0;
     for (uint64_t i = 0; i < mesher->cube_count; i++)
-        if (may_hold_surface(mesher, &cubes[i], size, points[i].at, values[i]))
+        if (known[i] & IS_KEPT)
             cubes[kept++] = cubes[i];
     mesher->cube_count = kept;
 }
+
+/* ---- Halves ------------------------------------------------------------------------------------------------- */
 
 /* Halves of a cube along one axis: 2, or 1 where the grid ends before the second. */
 static uint32_t halves(const nsdf_mesher *mesher, const nsdf_cube *cube, int axis, uint32_t half) {
@@ -103,20 +141,92 @@ static nsdf_status split_cubes(nsdf_mesher *mesher, uint32_t half) {
     return NSDF_OK;
 }
 
-/* Activates the 2^3 cells of a cube. */
-static nsdf_status activate_cube(nsdf_mesher *mesher, const nsdf_cube *cube) {
-    const uint32_t x = cube->at[0], y = cube->at[1], z = cube->at[2], *cells = mesher->grid.cells;
-    uint32_t index;
-    const nsdf_status status = nsdf_grid_need_brick(mesher, x / 8, y / 8, z / 8, &index);
-    if (status != NSDF_OK)
-        return status;
-    nsdf_brick *brick = nsdf_grid_brick(mesher, index);
-    for (uint32_t k = 0; k < 8; k++) {
-        const uint32_t cx = x + (k & 1), cy = y + (k >> 1 & 1), cz = z + (k >> 2);
-        if (cx < cells[0] && cy < cells[1] && cz < cells[2])
-            brick->cells[cz & 7] |= (uint64_t)1 << (8 * (cy & 7) + (cx & 7));
+/* ---- Bricks ------------------------------------------------------------------------------------------------- */
+
+/* Cubes of two cells come brick by brick, since those of eight cells did and halves follow each other: whether the
+ * cube's brick is that of the one before it. */
+static int goes_on(const nsdf_cube *cubes, uint64_t i) {
+    return i > 0 && cubes[i].at[0] / 8 == cubes[i - 1].at[0] / 8 && cubes[i].at[1] / 8 == cubes[i - 1].at[1] / 8 &&
+           cubes[i].at[2] / 8 == cubes[i - 1].at[2] / 8;
+}
+
+/* The cubes of a brick, from number `first` on; returns the number after them. */
+static uint64_t end_of_brick(const nsdf_mesher *mesher, uint64_t first) {
+    uint64_t end = first + 1;
+    while (end < mesher->cube_count && goes_on(mesher->cubes.data, end))
+        end++;
+    return end;
+}
+
+static uint32_t brick_of(const nsdf_mesher *mesher, const nsdf_cube *cube) {
+    return nsdf_grid_brick_at(mesher, cube->at[0] / 8, cube->at[1] / 8, cube->at[2] / 8);
+}
+
+/* Makes the bricks of the cubes that are kept. */
+static nsdf_status need_bricks(nsdf_mesher *mesher) {
+    const nsdf_cube *cubes = mesher->cubes.data;
+    const uint8_t *known = mesher->exact.data;
+    nsdf_status status = NSDF_OK;
+    for (uint64_t i = 0, end, n = 0; i < mesher->cube_count && status == NSDF_OK; i = end, n++) {
+        uint32_t kept = 0, unused;
+        end = end_of_brick(mesher, i);
+        for (uint64_t k = i; k < end; k++)
+            kept |= known[k];
+        if (kept & IS_KEPT)
+            status = nsdf_grid_need_brick(mesher, cubes[i].at[0] / 8, cubes[i].at[1] / 8, cubes[i].at[2] / 8, &unused);
+        if (status == NSDF_OK)
+            status = nsdf_mesher_ask(mesher, n, 1024);
     }
-    return NSDF_OK;
+    return status;
+}
+
+/* Activates the 2^3 cells of a cube. */
+static void activate_cube(const nsdf_mesher *mesher, const nsdf_cube *cube, nsdf_brick *brick) {
+    const uint32_t x = cube->at[0], y = cube->at[1], z = cube->at[2], *cells = mesher->grid.cells;
+    const uint64_t row = x + 1 < cells[0] ? 3 : 1, square = y + 1 < cells[1] ? row | row << 8 : row;
+    brick->cells[z & 7] |= square << (8 * (y & 7) + (x & 7));
+    if (z + 1 < cells[2])
+        brick->cells[(z & 7) + 1] |= square << (8 * (y & 7) + (x & 7));
+}
+
+typedef void visit_cube(const nsdf_mesher *mesher, uint64_t i, nsdf_brick *brick);
+
+/* Visits the cubes, of the bricks that are there, of which the first is among the task's. */
+static void visit_cubes(const nsdf_mesher *mesher, uint32_t task, visit_cube *visit) {
+    const nsdf_cube *cubes = mesher->cubes.data;
+    const uint64_t last = end_of_task(mesher, task);
+    uint64_t first = (uint64_t)task * CUBES_PER_TASK;
+    while (first < last && goes_on(cubes, first))
+        first++;
+    for (uint64_t end; first < last; first = end) {
+        const uint32_t brick = brick_of(mesher, &cubes[first]);
+        end = end_of_brick(mesher, first);
+        for (uint64_t i = first; i < end && brick != NSDF_NO_BRICK; i++)
+            visit(mesher, i, nsdf_grid_brick(mesher, brick));
+    }
+}
+
+static void activate_if_kept(const nsdf_mesher *mesher, uint64_t i, nsdf_brick *brick) {
+    if (((const uint8_t *)mesher->exact.data)[i] & IS_KEPT)
+        activate_cube(mesher, (const nsdf_cube *)mesher->cubes.data + i, brick);
+}
+
+static void activate_task(void *data, uint32_t task, uint32_t worker) {
+    (void)worker;
+    visit_cubes(data, task, activate_if_kept);
+}
+
+/* Keeps the values that are there, also of cubes that are dropped. */
+static void keep_value(const nsdf_mesher *mesher, uint64_t i, nsdf_brick *brick) {
+    const nsdf_grid_point *centre = (const nsdf_grid_point *)mesher->points.data + i;
+    const uint32_t index = (uint32_t)(brick - (const nsdf_brick *)mesher->bricks.data);
+    if (((const uint8_t *)mesher->exact.data)[i] & HAS_VALUE)
+        nsdf_mesher_add_centre(mesher, index, centre->at, ((const float *)mesher->point_values.data)[i]);
+}
+
+static void keep_values_task(void *data, uint32_t task, uint32_t worker) {
+    (void)worker;
+    visit_cubes(data, task, keep_value);
 }
 
 /* The bricks that hold the corners of active cells. */
@@ -126,36 +236,14 @@ static nsdf_status need_corners(nsdf_mesher *mesher) {
     return nsdf_grid_need_neighbours(mesher);
 }
 
-/* Keeps the values that are there, also of cubes that are dropped, in the bricks that are there. */
-static nsdf_status add_centres(nsdf_mesher *mesher) {
-    const nsdf_grid_point *centres = mesher->points.data;
-    const float *values = mesher->point_values.data;
-    const uint8_t *exact = mesher->job->field.measure ? mesher->exact.data : NULL;
-    nsdf_status status = NSDF_OK;
-    for (uint64_t i = 0; i < mesher->cube_count && status == NSDF_OK; i++) {
-        const uint16_t *at = centres[i].at;
-        const uint32_t brick = nsdf_grid_brick_at(mesher, at[0] / 8, at[1] / 8, at[2] / 8);
-        if (brick != NSDF_NO_BRICK && (!exact || exact[i]))
-            nsdf_mesher_add_centre(mesher, brick, at, values[i]);
-        status = nsdf_mesher_ask(mesher, i, 1 << 15);
-    }
-    return status;
-}
-
+/* Each brick's cubes are one task's: no two write to the same. */
 static nsdf_status activate_cubes(nsdf_mesher *mesher) {
-    const nsdf_cube *cubes = mesher->cubes.data;
-    const nsdf_grid_point *centres = mesher->points.data;
-    const float *values = mesher->point_values.data;
-    nsdf_status status = NSDF_OK;
-    for (uint64_t i = 0; i < mesher->cube_count && status == NSDF_OK; i++) {
-        if (may_hold_surface(mesher, &cubes[i], FINEST, centres[i].at, values[i]))
-            status = activate_cube(mesher, &cubes[i]);
-        if (status == NSDF_OK)
-            status = nsdf_mesher_ask(mesher, i, 4096);
-    }
+    nsdf_status status = need_bricks(mesher);
+    if (status == NSDF_OK)
+        status = for_cubes(mesher, activate_task);
     if (status == NSDF_OK)
         status = need_corners(mesher);
-    return status == NSDF_OK ? add_centres(mesher) : status;
+    return status == NSDF_OK ? for_cubes(mesher, keep_values_task) : status;
 }
 
 /* The cells of a brick along one axis that lie in the grid, as a count. */
@@ -198,12 +286,12 @@ nsdf_status nsdf_mesher_find_cells(nsdf_mesher *mesher) {
         return activate_all(mesher);
     nsdf_status status = cover_with_cubes(mesher);
     for (uint32_t size = COARSEST; status == NSDF_OK; size /= 2) {
-        status = evaluate_centres(mesher, size);
+        status = measure_cubes(mesher, size);
         if (status != NSDF_OK)
             break;
         if (size == FINEST)
             return activate_cubes(mesher);
-        drop_cubes(mesher, size);
+        drop_cubes(mesher);
         status = split_cubes(mesher, size / 2);
     }
     return status;
