@@ -1,5 +1,6 @@
 /* Included once per instruction set with TARGET (an attribute, or nothing), NAME, LANES and LANE_BITS(mask) defined,
- * and where there is an instruction for it ROUGH_INVERSE_ROOT(v), with a relative error of 2^-11 at most. */
+ * and where there are instructions for them ROUGH_INVERSE_ROOT(v), with a relative error of 2^-11 at most, and
+ * LIST_LANES(mask, from, to), as list_lanes below. */
 #include <math.h>
 #include <stdint.h>
 #include <string.h>
@@ -51,6 +52,17 @@ INLINE void bound_part(const float x[3][NSDF_BLOCK_POINTS], float middle[3], flo
     }
 }
 
+/* Stores the numbers whose lanes the mask has, one after another, and perhaps more up to LANES; returns how many. */
+#ifndef LIST_LANES
+#define LIST_LANES list_lanes
+INLINE uint32_t list_lanes(lane_masks mask, const uint32_t *from, uint32_t *to) {
+    uint32_t count = 0;
+    for (uint32_t bits = LANE_BITS(mask); bits; bits &= bits - 1)
+        to[count++] = from[lowest(bits)];
+    return count;
+}
+#endif
+
 /* Lists the near blocks whose balls may meet the points' box. */
 INLINE uint32_t select_near(const nsdf_near_blocks *near, const float x[3][NSDF_BLOCK_POINTS], uint32_t *list) {
     float middle[3], half[3];
@@ -64,8 +76,7 @@ INLINE uint32_t select_near(const nsdf_near_blocks *near, const float x[3][NSDF_
             const lanes beyond = (lanes)((lane_masks)away & INT32_MAX) - half[axis];
             square += masked(beyond > 0.0f, beyond * beyond);
         }
-        for (uint32_t bits = LANE_BITS(~(square > reach * reach)); bits; bits &= bits - 1)
-            list[count++] = near->number[first + lowest(bits)];
+        count += LIST_LANES(~(square > reach * reach), near->number + first, list + count);
     }
     return count;
 }
@@ -126,7 +137,7 @@ INLINE void sum_degree(const nsdf_block *blocks, const uint32_t *list, uint32_t 
 
 TARGET static void sum_near(const nsdf_block *blocks, const nsdf_near_blocks *near, uint32_t degree, int slopes,
                             const float x[3][NSDF_BLOCK_POINTS], nsdf_block_sums *sums) {
-    uint32_t list[NSDF_NEAR_MOST];
+    uint32_t list[NSDF_NEAR_MOST + LANES];
     const uint32_t count = select_near(near, x, list);
     if (slopes)
         sum_degree(blocks, list, count, degree, 1, x, sums);
