@@ -15,7 +15,7 @@ cmake -S "$source" -B "$build" -G Ninja -DCMAKE_TOOLCHAIN_FILE="$source/cmake/aa
     -DNSDF_WERROR=ON -DNSDF_MPI=OFF -DNSDF_BUILD_PLAYER=OFF -DNSDF_WITH_ZLIB=OFF -DNSDF_WITH_ZSTD=OFF \
     >"$build.log" 2>&1 || { cat "$build.log" && exit 1; }
 cmake --build "$build" --target nsdf-dec "${tests[@]}" >"$build.log" 2>&1 || { tail -n 40 "$build.log" && exit 1; }
-export QEMU_LD_PREFIX=/
+export QEMU_LD_PREFIX=/ NSDF_TEST_EMULATED=1
 for test in "${tests[@]}"; do
     qemu-aarch64 "$build/tests/$test" >"$build.log" 2>&1 || { echo "FAILED: $test" && cat "$build.log" && exit 1; }
     echo "$test: $(grep -c '\[       OK \]' "$build.log") tests"

@@ -437,6 +437,35 @@ static void test_searches_by_groups_leave_nothing_out(void **state) {
     }
 }
 
+/* Halves the way from the middle of a shell to a point outside until no float lies between the two sides: there the
+ * winding number is 1/2 but for rounding. */
+static void test_tables_agree_about_winding_numbers_of_a_half(void **state) {
+    const tables t = find_tables();
+    sample_blocks s = sample_shell(300);
+    opened o = open_blocks(&s);
+    const uint32_t groups = nsdf_block_groups(o.blocks.desc->block_count);
+    uint64_t random = 11;
+    (void)state;
+    nsdf_blocks_compose(&o.blocks, 0.0);
+    for (int way = 0; way < 100; way++) {
+        float in[3] = {0.0f, 0.0f, 0.0f}, out[3], middle[3];
+        for (int axis = 0; axis < 3; axis++)
+            out[axis] = (float)sample_between(&random, 0.55, 0.9) * (way >> axis & 1 ? -1.0f : 1.0f);
+        assert_true(t.list[0]->is_wound(o.blocks.groups, groups, in));
+        assert_false(t.list[0]->is_wound(o.blocks.groups, groups, out));
+        for (int step = 0; step < 30; step++) {
+            for (int axis = 0; axis < 3; axis++)
+                middle[axis] = 0.5f * (in[axis] + out[axis]);
+            const int wound = t.list[0]->is_wound(o.blocks.groups, groups, middle);
+            for (int i = 1; i < t.count; i++)
+                assert_int_equal(t.list[i]->is_wound(o.blocks.groups, groups, middle), wound);
+            memcpy(wound ? in : out, middle, sizeof middle);
+        }
+    }
+    free(o.storage);
+    sample_free(&s);
+}
+
 static void assert_measure(const sample_blocks *s, const nsdf_blocks *b, double u, const float *xyz, float enough,
                            tally *n) {
     const tables t = find_tables();
@@ -645,6 +674,7 @@ int main(void) {
         cmocka_unit_test(test_blocks_around_a_point_make_it_negative),
         cmocka_unit_test(test_all_tables_and_tiles_give_the_same_bits),
         cmocka_unit_test(test_searches_by_groups_leave_nothing_out),
+        cmocka_unit_test(test_tables_agree_about_winding_numbers_of_a_half),
         cmocka_unit_test(test_measures_are_values_without_the_sign_outside),
         cmocka_unit_test(test_the_mesh_is_the_same_without_measuring),
         cmocka_unit_test(test_results_do_not_depend_on_cells),

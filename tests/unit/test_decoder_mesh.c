@@ -229,6 +229,11 @@ static const double share_of_pause = 0.05;
 static const double share_of_pause = 0.0;
 #endif
 
+/* An emulator (tests/arm/run.sh) is some fifty times slower than a processor. */
+static double longest_pause(void) {
+    return getenv("NSDF_TEST_EMULATED") ? 50 * cancel_within : cancel_within;
+}
+
 /* The longest of the time between two questions and the time from the answer to the return; 0 when it was not asked. */
 static double cancel_pause(nsdf_decoder *decoder, double after, nsdf_mesh **mesh) {
     const double start = processor_time();
@@ -256,9 +261,9 @@ static void test_cancelling_takes_at_most_ten_milliseconds(void **state) {
     for (int i = 0; i < 10; i++) {
         const double after = 0.1 * i * whole;
         double best = 1.0; /* of three tries: pages and caches are warm from the second on */
-        for (int again = 0; again < 3 && best > cancel_within; again++)
+        for (int again = 0; again < 3 && best > longest_pause(); again++)
             best = fmin(best, cancel_pause(decoder, after, &mesh));
-        assert_true(best <= cancel_within);
+        assert_true(best <= longest_pause());
     }
     nsdf_mesh_free(&mesh);
     nsdf_close(&decoder);
