@@ -92,7 +92,7 @@ void nsdf_encoder_options_init(nsdf_encoder_options *options, nsdf_preset preset
         o.coefficient_step = 2.5e-4;
         o.motion_rate = 2.6e-5;
     }
-    if (preset == NSDF_PRESET_SLOW) {
+    if (preset == NSDF_PRESET_SLOW || preset == NSDF_PRESET_BEST) {
         o.steps = 100000;
         o.blocks = 2600;
         o.bones = 104;
@@ -104,6 +104,14 @@ void nsdf_encoder_options_init(nsdf_encoder_options *options, nsdf_preset preset
         o.motion_rate = 1.4e-5;
         o.width = 128;
         o.learning_rate = 1e-3;
+    }
+    if (preset == NSDF_PRESET_BEST) {
+        o.blocks = 5000;
+        o.bones = 160;
+        o.level_spacing = 6.0;
+        o.pose_step = 7e-5;
+        o.coefficient_step = 1.6e-4;
+        o.motion_rate = 8e-6;
     }
     if (preset == NSDF_PRESET_THESIS)
         thesis_options(&o);

@@ -38,7 +38,7 @@ static const char help[] =
     "      --times LIST      times in seconds: 0.5 or 0,0.25,1.75\n"
     "      --turntable S     turns the camera once round in S seconds of the film\n"
     "      --transparent     no background: PNG and rgba have alpha\n"
-    "      --compare FOLDER  the OBJ meshes that were encoded, one for each frame, on the left of the decoded ones\n"
+    "      --compare FOLDER  the OBJ meshes that were encoded, on the left of the decoded ones, the nearest in time\n"
     "      --heatmap         with --compare: those meshes only, coloured by their distance to the decoded surface\n"
     "      --heatmap-max E   distance at the top of the colours, as a fraction of the diagonal (default 5e-3)\n"
     "\n"

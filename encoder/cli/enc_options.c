@@ -24,7 +24,7 @@ static const char help_text[] =
     "                           missing are interpolated; ignore: files follow each other\n"
     "      --frame-step N       fit every Nth frame and the last one only; the others are interpolated (default 1)\n"
     "      --frames LIST        fit these frames only, numbered in time from 0: 7 or 0-9,20 or 1-173/2 (every second)\n"
-    "      --preset NAME        fast, medium (default; also called temporal), slow or thesis\n"
+    "      --preset NAME        fast, medium (default; also called temporal), slow, best or thesis\n"
     "      --size BYTES         size of the file: never larger, at most 3 % smaller\n"
     "      --bitrate KBPS       the same in kilobits (1000 bits) per second of the sequence\n"
     "      --max-error E        mean error that the file may have, fraction of the diagonal: with as few bytes as it\n"
@@ -304,11 +304,11 @@ static int add_also(enc_options *o, const char *text) {
 
 static int set_preset(enc_options *o, const char *text) {
     int preset = 0;
-    int failed = set_choice(OPT_PRESET, text, "fast|medium|slow|thesis|temporal", &preset);
+    int failed = set_choice(OPT_PRESET, text, "fast|medium|slow|thesis|best|temporal", &preset);
     if (failed)
         return failed;
     o->preset = text;
-    nsdf_encoder_options_init(&o->encoder, preset == 4 ? NSDF_PRESET_MEDIUM : (nsdf_preset)preset);
+    nsdf_encoder_options_init(&o->encoder, preset == 5 ? NSDF_PRESET_MEDIUM : (nsdf_preset)preset);
     return 0;
 }
 

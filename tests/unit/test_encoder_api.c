@@ -24,7 +24,7 @@ static void assert_refused(nsdf_status status, const nsdf_encoder_error *error, 
 
 static void test_presets_are_valid(void **state) {
     (void)state;
-    for (int preset = NSDF_PRESET_FAST; preset <= NSDF_PRESET_THESIS; preset++) {
+    for (int preset = NSDF_PRESET_FAST; preset <= NSDF_PRESET_BEST; preset++) {
         nsdf_encoder_options o;
         nsdf_encoder *encoder = NULL;
         nsdf_encoder_options_init(&o, (nsdf_preset)preset);
@@ -40,13 +40,16 @@ static void test_presets_are_valid(void **state) {
 }
 
 static void test_slower_presets_do_more_and_thesis_is_its_network(void **state) {
-    nsdf_encoder_options fast, medium, slow, thesis;
+    nsdf_encoder_options fast, medium, slow, best, thesis;
     (void)state;
     nsdf_encoder_options_init(&fast, NSDF_PRESET_FAST);
     nsdf_encoder_options_init(&medium, NSDF_PRESET_MEDIUM);
     nsdf_encoder_options_init(&slow, NSDF_PRESET_SLOW);
+    nsdf_encoder_options_init(&best, NSDF_PRESET_BEST);
     nsdf_encoder_options_init(&thesis, NSDF_PRESET_THESIS);
     assert_true(fast.steps < medium.steps && medium.steps < slow.steps);
+    assert_true(fast.blocks < medium.blocks && medium.blocks < slow.blocks && slow.blocks < best.blocks);
+    assert_true(slow.bones < best.bones && slow.pose_step > best.pose_step && best.steps >= slow.steps);
     assert_true(thesis.layers == 16 && thesis.width == 256 && thesis.activation == NSDF_MODEL_RELU);
     assert_true(thesis.input == NSDF_MODEL_XYZT && thesis.output_tanh && !thesis.quantise_aware);
     assert_true(thesis.sampling == NSDF_SAMPLE_REJECTION && thesis.sdf_norm == NSDF_SDF_UNIT_RANGE);

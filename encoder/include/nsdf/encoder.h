@@ -27,7 +27,8 @@ typedef enum nsdf_preset {
     NSDF_PRESET_FAST = 0,
     NSDF_PRESET_MEDIUM = 1, /* default */
     NSDF_PRESET_SLOW = 2,
-    NSDF_PRESET_THESIS = 3 /* 16 x 256 relu, tanh output, xyzt: the network of thesis chapter 8 */
+    NSDF_PRESET_THESIS = 3, /* 16 x 256 relu, tanh output, xyzt: the network of thesis chapter 8 */
+    NSDF_PRESET_BEST = 4
 } nsdf_preset;
 
 typedef enum nsdf_model_input { NSDF_MODEL_XYZ = 0, NSDF_MODEL_XYZT = 1, NSDF_MODEL_FOURIER = 2 } nsdf_model_input;
