@@ -65,7 +65,6 @@ typedef struct {
     nsdf_tracked tracked; /* the surface, if the model is blocks */
     int is_tracked;
     double seconds_track;
-    int is_second;           /* fit: a network that follows blocks */
     nsdf_sample_set *strays; /* [frame]: what verification found */
     nsdf_coded_segment segment;
     uint64_t size;                 /* asked for, 0 = none */
@@ -345,12 +344,12 @@ static nsdf_status fit_to_target(run *r) {
     return status == NSDF_OK ? fitted(r, 0) : status;
 }
 
-static nsdf_status fit(run *r) {
+/* checkpoint: NULL for none. */
+static nsdf_status fit(run *r, nsdf_checkpoint *checkpoint) {
     if (has_target(r))
         return fit_to_target(r);
     nsdf_fit_job job = fit_job(r);
-    if (!r->is_second)
-        job.checkpoint = &r->encoder->checkpoint;
+    job.checkpoint = checkpoint;
     if (uses_blocks(r))
         return fitted(r, nsdf_fit_blocks(&job, &r->encoder->blocks, &r->fit));
     nsdf_random random = nsdf_random_start(r->encoder->options.seed, 1);
@@ -526,50 +525,28 @@ static nsdf_status mend_all(run *r, int whole) {
     return status;
 }
 
-/* The blocks' file, and all that belongs to it, while a network is tried instead. */
-typedef struct {
-    nsdf_encoder_options options;
-    nsdf_buffer file;
-    nsdf_encoder_stats stats;
-    nsdf_file_header header;
-    nsdf_index_entry entry;
-    nsdf_block_model blocks;
-    uint64_t measured_hash;
-    float measured_piece;
-    nsdf_quality_record quality;
-} other_model;
-
-static other_model set_aside(nsdf_encoder *e) {
-    const other_model kept = {e->options, e->file,          e->stats,          e->header, e->entry,
-                              e->blocks,  e->measured_hash, e->measured_piece, e->quality};
+/* The encoder with its blocks and their file, while a network is tried in its place. */
+static nsdf_encoder set_aside(nsdf_encoder *e) {
+    const nsdf_encoder kept = *e;
     memset(&e->file, 0, sizeof e->file);
     memset(&e->blocks, 0, sizeof e->blocks);
     return kept;
 }
 
-static void take_back(nsdf_encoder *e, other_model *kept) {
-    const nsdf_encoder_stats *tried = &e->stats;
+/* But the time that the network took has passed. */
+static void take_back(nsdf_encoder *e, const nsdf_encoder *kept) {
+    const nsdf_encoder_stats tried = e->stats;
     nsdf_buffer_free(&e->file);
-    kept->stats.seconds_sample = tried->seconds_sample;
-    kept->stats.seconds_fit = tried->seconds_fit;
-    kept->stats.seconds_code = tried->seconds_code;
-    kept->stats.seconds_verify = tried->seconds_verify;
-    e->options = kept->options;
-    e->file = kept->file;
-    e->stats = kept->stats;
-    e->header = kept->header;
-    e->entry = kept->entry;
-    e->blocks = kept->blocks;
-    e->measured = 1;
-    e->measured_hash = kept->measured_hash;
-    e->measured_piece = kept->measured_piece;
-    e->quality = kept->quality;
+    *e = *kept;
+    e->stats.seconds_sample = tried.seconds_sample;
+    e->stats.seconds_fit = tried.seconds_fit;
+    e->stats.seconds_code = tried.seconds_code;
+    e->stats.seconds_verify = tried.seconds_verify;
 }
 
 static nsdf_status fit_network_instead(run *r) {
     nsdf_encoder *e = r->encoder;
     double began = nsdf_clock();
-    r->is_second = 1;
     e->options.blocks = 0;
     e->measured = 0;
     e->header.extraction_bound = provisional_bound;
@@ -579,7 +556,7 @@ static nsdf_status fit_network_instead(run *r) {
     e->stats.seconds_sample += nsdf_clock() - began;
     began = nsdf_clock();
     if (status == NSDF_OK)
-        status = fit(r);
+        status = fit(r, NULL);
     e->stats.seconds_fit += nsdf_clock() - began;
     const int whole = r->fit.steps >= e->options.steps;
     if (status == NSDF_OK)
@@ -594,7 +571,7 @@ static nsdf_status try_network(run *r, int whole) {
     if (!e->blocks.values || !whole || has_target(r) || !e->options.verify ||
         (e->stats.stray_pieces <= e->shown.count && nsdf_mean_error(&e->stats.quality) <= lost_error))
         return NSDF_OK;
-    other_model kept = set_aside(e);
+    nsdf_encoder kept = set_aside(e);
     const nsdf_status status = fit_network_instead(r);
     if (status == NSDF_OK && nsdf_mean_error(&e->stats.quality) < nsdf_mean_error(&kept.stats.quality)) {
         e->stats.came_apart = 1;
@@ -615,7 +592,7 @@ static nsdf_status run_stages(run *r) {
     e->stats.seconds_sample = nsdf_clock() - began - r->seconds_track;
     began = nsdf_clock();
     if (status == NSDF_OK)
-        status = fit(r);
+        status = fit(r, &e->checkpoint);
     e->stats.seconds_fit = nsdf_clock() - began + r->seconds_track;
     const uint64_t steps = uses_blocks(r) ? e->options.block_steps : e->options.steps;
     const int timed = e->options.time_budget > 0.0, whole = r->fit.steps >= steps;
