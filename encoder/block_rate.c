@@ -2,25 +2,40 @@
 
 #include <math.h>
 
-static void add_differences(const nsdf_block_model *model, uint32_t tensor, float scale, const float *values,
-                            float *gradient) {
+/* Control points that a shape without motion would have for two frames, so that its bits cost as much as theirs. */
+static const double still_knots = 4.0;
+
+/* Of the differences between values of a tensor that are `apart` from each other; with 0, of the values. */
+static void add_tensor(const nsdf_block_model *model, uint32_t tensor, size_t apart, float scale, const float *values,
+                       float *gradient) {
     const nsdf_array_desc *a = &model->desc.list.tensors[tensor].arrays[0];
-    const size_t columns = (size_t)a->rows * a->cols, at = nsdf_block_offset(&model->desc, tensor);
+    const size_t count = (size_t)a->planes * a->rows * a->cols, at = nsdf_block_offset(&model->desc, tensor);
     const float *now = values + at;
     const float square = a->step * a->step;
     float *slope = gradient + at;
-    for (size_t i = columns; i < columns * a->planes; i++) {
-        const float r = now[i] - now[i - columns], d = scale * r / (r * r + square);
+    for (size_t i = apart; i < count; i++) {
+        const float r = now[i] - (apart > 0 ? now[i - apart] : 0.0f), d = scale * r / (r * r + square);
         slope[i] += d;
-        slope[i - columns] -= d;
+        if (apart > 0)
+            slope[i - apart] -= d;
     }
 }
 
+static size_t plane_size(const nsdf_block_model *model, uint32_t tensor) {
+    const nsdf_array_desc *a = &model->desc.list.tensors[tensor].arrays[0];
+    return (size_t)a->rows * a->cols;
+}
+
 void nsdf_block_add_rate(const nsdf_block_model *model, const float *values, double weight, float *gradient) {
-    if (model->knots == 0 || !(weight > 0.0))
+    if (!(weight > 0.0))
         return;
-    const float scale = (float)(weight / (log(2.0) * (double)model->pose_count));
-    add_differences(model, NSDF_BLOCK_POSES, scale, values, gradient);
+    const double numbers = (double)model->pose_count * (model->knots > 0 ? 1.0 : still_knots);
+    const float scale = (float)(weight / (log(2.0) * numbers));
+    add_tensor(model, NSDF_BLOCK_POSES, plane_size(model, NSDF_BLOCK_POSES), scale, values, gradient);
     if (model->level_knots > 0)
-        add_differences(model, NSDF_BLOCK_COEFFICIENTS, scale, values, gradient);
+        add_tensor(model, NSDF_BLOCK_COEFFICIENTS, plane_size(model, NSDF_BLOCK_COEFFICIENTS), scale, values, gradient);
+    add_tensor(model, NSDF_BLOCK_WEIGHTS, model->desc.influences, scale, values, gradient);
+    for (uint32_t degree = 1; degree <= model->desc.degree; degree++)
+        add_tensor(model, NSDF_BLOCK_COEFFICIENTS + degree, degree == 1 ? nsdf_degree_terms(1) : 0, scale, values,
+                   gradient);
 }

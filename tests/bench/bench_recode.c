@@ -1,8 +1,12 @@
-/* Codes the parameters of a file anew, for comparison: bench_recode FILE.nsdf OUT.nsdf BACK_END [BITS].
+/* Codes the parameters of a file anew, for comparison: bench_recode FILE.nsdf OUT BACK_END [BITS].
  *
  * BACK_END is none, deflate, zstd or range.  Without BITS the integers stay the same, and so does the surface; with
  * BITS all arrays but numbers of bones and lives are quantised uniformly from their least to their largest value, with
- * 2^BITS - 1 steps, as the thesis does it.  Prints the bytes. */
+ * 2^BITS - 1 steps, as the thesis does it.  Prints the bytes.
+ *
+ * BACK_END may also be integers: OUT then is no .nsdf file but what is left when nothing of the format is used, for any
+ * compressor: of each array its integers less the least of them, in as few bytes as hold the largest, all low bytes
+ * first. */
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -15,6 +19,13 @@ static void stop(const char *what) {
     fprintf(stderr, "bench_recode: %s\n", what);
     exit(EXIT_FAILURE);
 }
+
+/* How to code. */
+typedef struct {
+    nsdf_entropy_kind kind;
+    int bits;
+    nsdf_buffer *integers; /* gets them, or NULL */
+} recoding;
 
 static nsdf_entropy_kind back_end_of(const char *name) {
     static const char *const names[] = {"none", "deflate", "zstd", "range"};
@@ -45,20 +56,34 @@ static void quantise_array(nsdf_array_desc *array, float *values, int32_t *q) {
         values[i] = nsdf_dequantise(q[i], array->step, array->offset);
 }
 
-static void recode_part(nsdf_segment_part *part, nsdf_entropy_kind kind, int bits, nsdf_buffer *payload) {
+static void append_integers(nsdf_buffer *out, const int32_t *q, size_t count) {
+    int32_t least = q[0], most = q[0];
+    for (size_t i = 1; i < count; i++) {
+        least = q[i] < least ? q[i] : least;
+        most = q[i] > most ? q[i] : most;
+    }
+    const uint32_t range = (uint32_t)most - (uint32_t)least;
+    for (uint32_t shift = 0; shift < 32 && range >> shift; shift += 8)
+        for (size_t i = 0; i < count; i++)
+            nsdf_buffer_u8(out, (uint8_t)(((uint32_t)q[i] - (uint32_t)least) >> shift));
+}
+
+static void recode_part(nsdf_segment_part *part, const recoding *how, nsdf_buffer *payload) {
     nsdf_tensor_list *list = part->kind == NSDF_PART_BLOCKS ? &part->desc.blocks.list : &part->desc.network.list;
     int32_t *const integers = malloc((size_t)nsdf_parameter_count(list) * sizeof *integers), *q = integers;
     float *values = part->values;
     if (!integers)
         stop("out of memory");
-    list->entropy = (uint8_t)kind;
+    list->entropy = (uint8_t)how->kind;
     for (uint32_t t = 0; t < list->count; t++)
         for (uint32_t a = 0; a < list->tensors[t].array_count; a++) {
             nsdf_array_desc *array = &list->tensors[t].arrays[a];
             const size_t count = (size_t)nsdf_array_size(array);
-            if (bits > 0 && array->quantiser != NSDF_QUANT_RAW && !is_exact(part, t))
-                nsdf_minmax_quantiser(values, count, bits, &array->step, &array->offset);
+            if (how->bits > 0 && array->quantiser != NSDF_QUANT_RAW && !is_exact(part, t))
+                nsdf_minmax_quantiser(values, count, how->bits, &array->step, &array->offset);
             quantise_array(array, values, q);
+            if (how->integers && count > 0)
+                append_integers(how->integers, q, count);
             q += count;
             values += count;
         }
@@ -69,8 +94,8 @@ static void recode_part(nsdf_segment_part *part, nsdf_entropy_kind kind, int bit
     free(integers);
 }
 
-static void recode_segment(const nsdf_stream *stream, nsdf_memory *memory, uint32_t index, nsdf_entropy_kind kind,
-                           int bits, nsdf_buffer *payload) {
+static void recode_segment(const nsdf_stream *stream, nsdf_memory *memory, uint32_t index, const recoding *how,
+                           nsdf_buffer *payload) {
     nsdf_segment segment;
     nsdf_error error;
     if (nsdf_segment_load(stream, index, memory, &segment, &error) != NSDF_OK)
@@ -79,7 +104,7 @@ static void recode_segment(const nsdf_stream *stream, nsdf_memory *memory, uint3
     nsdf_write_segment_start(payload, segment.part_count);
     for (uint32_t i = 0; i < segment.part_count; i++) {
         nsdf_segment_part *part = &segment.parts[i];
-        recode_part(part, kind, bits, payload);
+        recode_part(part, how, payload);
         hash = nsdf_hash_floats(hash, part->values, (size_t)nsdf_parameter_count(nsdf_segment_tensors(part)));
     }
     stream->entries[index].parameter_hash = hash;
@@ -94,11 +119,13 @@ static void write_out(const char *path, const nsdf_buffer *file) {
 
 int main(int argc, char **argv) {
     if (argc < 4) {
-        fprintf(stderr, "usage: bench_recode FILE.nsdf OUT.nsdf none|deflate|zstd|range [BITS]\n");
+        fprintf(stderr, "usage: bench_recode FILE.nsdf OUT none|deflate|zstd|range|integers [BITS]\n");
         return 2;
     }
-    const nsdf_entropy_kind kind = back_end_of(argv[3]);
-    const int bits = argc > 4 ? (int)strtol(argv[4], NULL, 10) : 0;
+    nsdf_buffer integers = {NULL, 0, 0, 0};
+    const int only_integers = strcmp(argv[3], "integers") == 0;
+    const recoding how = {only_integers ? NSDF_ENTROPY_NONE : back_end_of(argv[3]),
+                          argc > 4 ? (int)strtol(argv[4], NULL, 10) : 0, only_integers ? &integers : NULL};
     nsdf_memory memory;
     nsdf_stream stream = {0};
     nsdf_error error = {0};
@@ -111,16 +138,18 @@ int main(int argc, char **argv) {
     if (!segments)
         stop("out of memory");
     for (uint32_t i = 0; i < count; i++)
-        recode_segment(&stream, &memory, i, kind, bits, &segments[i]);
+        recode_segment(&stream, &memory, i, &how, &segments[i]);
     nsdf_file_parts parts = {stream.header, segments, stream.entries, &metadata, NULL, NULL, 0};
-    if (nsdf_write_file(&file, &parts) != 0)
+    if (nsdf_write_file(&file, &parts) != 0 || integers.failed)
         stop("out of memory");
-    write_out(argv[2], &file);
-    printf("%zu\n", file.size);
+    const nsdf_buffer *out = only_integers ? &integers : &file;
+    write_out(argv[2], out);
+    printf("%zu\n", out->size);
     for (uint32_t i = 0; i < count; i++)
         nsdf_buffer_free(&segments[i]);
     free(segments);
     nsdf_buffer_free(&file);
+    nsdf_buffer_free(&integers);
     nsdf_stream_close(&stream, &memory);
     return EXIT_SUCCESS;
 }

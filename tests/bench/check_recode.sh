@@ -21,6 +21,8 @@ coarse=$("$recode" "$file" "$work/coarse.nsdf" range 9)
 for name in same plain fine coarse; do
     "$bin/nsdf-dec" -q --verify "$work/$name.nsdf"
 done
+integers=$("$recode" "$file" "$work/integers" integers 8)
+longer=$("$recode" "$file" "$work/integers-14" integers 14)
 before=$(hashes "$file")
 after=$(hashes "$work/same.nsdf")
 uncoded=$(hashes "$work/plain.nsdf")
@@ -32,3 +34,5 @@ rough=$(hashes "$work/coarse.nsdf")
 [ "$same" -eq "$(wc -c <"$work/same.nsdf")" ]
 [ "$same" -lt "$plain" ]
 [ "$coarse" -lt "$fine" ]
+[ "$integers" -eq "$(wc -c <"$work/integers")" ]
+[ "$integers" -lt "$longer" ]

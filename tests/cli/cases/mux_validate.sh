@@ -16,7 +16,7 @@ damaged() {
 }
 {
     damaged segment.nsdf $((one + 500))
-    damaged segments.nsdf $((one + 500)) $((three + 20000))
+    damaged segments.nsdf $((one + 500)) $((three + 12000))
     damaged head.nsdf 40
     damaged index.nsdf 200
     damaged length.nsdf $((two + 9))
