@@ -2,9 +2,6 @@
 
 #include <math.h>
 
-/* Control points that a shape without motion would have for two frames, so that its bits cost as much as theirs. */
-static const double still_knots = 4.0;
-
 /* Of the differences between values of a tensor that are `apart` from each other; with 0, of the values. */
 static void add_tensor(const nsdf_block_model *model, uint32_t tensor, size_t apart, float scale, const float *values,
                        float *gradient) {
@@ -29,7 +26,8 @@ static size_t plane_size(const nsdf_block_model *model, uint32_t tensor) {
 void nsdf_block_add_rate(const nsdf_block_model *model, const float *values, double weight, float *gradient) {
     if (!(weight > 0.0))
         return;
-    const double numbers = (double)model->pose_count * (model->knots > 0 ? 1.0 : still_knots);
+    const size_t weights = (size_t)model->desc.block_count * model->desc.influences;
+    const double numbers = (double)(model->pose_count + model->level_count + model->term_count + weights);
     const float scale = (float)(weight / (log(2.0) * numbers));
     add_tensor(model, NSDF_BLOCK_POSES, plane_size(model, NSDF_BLOCK_POSES), scale, values, gradient);
     if (model->level_knots > 0)

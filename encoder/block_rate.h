@@ -4,14 +4,14 @@
 
 #include "block_model.h"
 
-/* Adds to `gradient` (of all values) that of weight * B, where B is the mean over all control points of the poses of
- * about the bits that the difference r from the control point before takes: log2(1 + (r / step)^2) / 2.  Directions in
- * which the surface hardly tells how a bone moves thus become smooth instead of following the noise.
+/* Adds to `gradient` (of all values) that of weight * B, where B is the mean over poses, levels, weights and other
+ * coefficients of about the bits that a number r takes: log2(1 + (r / step)^2) / 2.  For poses, and levels that move, r
+ * is the difference from the control point before; for weights, while they are fitted, and coefficients of degree 1,
+ * that from the block before, from which they are predicted; for coefficients of higher degrees the number itself.
+ * Centres and radii have no rate: what they take hardly depends on where they are.
  *
- * A bit of the others costs as much: of levels that move, as differences too; of weights, while they are fitted, and of
- * coefficients of degree 1, as differences from the block before, from which they are predicted; of coefficients above,
- * as they are.  A polynomial thus bends only where that brings the surface nearer.  Where nothing moves, they cost what
- * they do where two frames do.  Centres and radii have no rate: what they take hardly depends on where they are. */
+ * Directions in which the surface hardly tells how a bone moves thus become smooth instead of following the noise, and
+ * a polynomial bends only where that brings the surface nearer. */
 void nsdf_block_add_rate(const nsdf_block_model *model, const float *values, double weight, float *gradient);
 
 #endif

@@ -33,7 +33,7 @@ static nsdf_encoder_options common_options(void) {
     o.level_spacing = 12.0;
     o.pose_step = 1.5e-4;
     o.coefficient_step = 3e-4;
-    o.motion_rate = 2.7e-5;
+    o.motion_rate = 4.2e-5;
     o.block_points = 4096;
     o.d_half = 0.01;
     o.hard_samples = 1;
@@ -90,7 +90,7 @@ void nsdf_encoder_options_init(nsdf_encoder_options *options, nsdf_preset preset
         o.level_spacing = 12.0;
         o.pose_step = 1.1e-4;
         o.coefficient_step = 2.5e-4;
-        o.motion_rate = 2.6e-5;
+        o.motion_rate = 3.5e-5;
     }
     if (preset == NSDF_PRESET_SLOW || preset == NSDF_PRESET_BEST) {
         o.steps = 100000;
@@ -101,7 +101,7 @@ void nsdf_encoder_options_init(nsdf_encoder_options *options, nsdf_preset preset
         o.level_spacing = 9.0;
         o.pose_step = 9e-5;
         o.coefficient_step = 2e-4;
-        o.motion_rate = 1.4e-5;
+        o.motion_rate = 2e-5;
         o.width = 128;
         o.learning_rate = 1e-3;
     }
@@ -111,7 +111,7 @@ void nsdf_encoder_options_init(nsdf_encoder_options *options, nsdf_preset preset
         o.level_spacing = 6.0;
         o.pose_step = 7e-5;
         o.coefficient_step = 1.6e-4;
-        o.motion_rate = 8e-6;
+        o.motion_rate = 1.3e-5;
     }
     if (preset == NSDF_PRESET_THESIS)
         thesis_options(&o);

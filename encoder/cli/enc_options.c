@@ -70,7 +70,7 @@ static const char help_text[] =
     "      --level-spacing F    frames per control point of the blocks' levels, 0 = they do not move\n"
     "      --block-degree D     of the blocks' polynomials, 0 to 3\n"
     "      --pose-step F        quantiser step of the motion;  --coefficient-step F  of the polynomials\n"
-    "      --motion-rate F      error that a bit for each number of the motion is worth\n"
+    "      --motion-rate F      error that a bit for each number of the blocks is worth\n"
     "Data (thesis 5.1, 5.2):\n"
     "      --sampling KIND      near (surface points displaced by normal noise) or rejection;  --d-half F  d_0.5\n"
     "      --samples N          samples per frame (0 = from the number of frames)\n"

@@ -136,7 +136,7 @@ static double mean_bits(const nsdf_block_model *m) {
     return (tensor_bits(m, NSDF_BLOCK_POSES, m->pose_count / m->knots) + tensor_bits(m, NSDF_BLOCK_CENTRES, 3) +
             tensor_bits(m, NSDF_BLOCK_RADII, 1) + tensor_bits(m, NSDF_BLOCK_WEIGHTS, NSDF_BONE_INFLUENCES) +
             tensor_bits(m, NSDF_BLOCK_COEFFICIENTS + 1, 3) + tensor_bits(m, NSDF_BLOCK_COEFFICIENTS + 2, 0)) /
-           (double)m->pose_count;
+           (double)(m->pose_count + m->level_count + m->term_count + NSDF_BONE_INFLUENCES * m->desc.block_count);
 }
 
 static int has_rate(const nsdf_block_model *m, size_t i) {

@@ -90,7 +90,7 @@ typedef struct nsdf_encoder_options {
                                            pieces of the surface along their normals; 0 = levels do not move */
     double pose_step, coefficient_step; /* quantiser steps, fractions of the diagonal */
     double motion_rate;                 /* 0 to 1: error, fraction of the diagonal, that one bit for each number of the
-                                           motion is worth; a bit of polynomials and weights costs as much */
+                                           blocks is worth: of their motion, levels, weights and coefficients */
     uint64_t block_steps;               /* of Adam */
     uint32_t block_points;              /* each step: batch_frames frames, so many points of each, at most 65536 */
     /* data */

@@ -20,7 +20,7 @@ nsdf-dec --verify "$url" | sed "s|$url|URL|"
 nsdf-dec -v --info "$url" 2>&1 >/dev/null | sed -nE 's/and [0-9]+ bytes of headers/and headers/p'
 serve_no_more
 
-for mode in "not-found:status 404" "wrong-range:answered with bytes 1-2048/16494" "changed 1:changed on the server" \
+for mode in "not-found:status 404" "wrong-range:answered with bytes 1-2048/17552" "changed 1:changed on the server" \
     "silent:no byte came in 1 second" "drop 0:closed the connection too early"; do
     # shellcheck disable=SC2086
     serve "$walker" ${mode%%:*}
