@@ -112,6 +112,10 @@ static void round_tensor(const nsdf_block_model *m, uint32_t tensor) {
         v[i] = rounded(v[i], a);
 }
 
+void nsdf_block_model_round_lives(nsdf_block_model *model) {
+    round_tensor(model, NSDF_BLOCK_LIVES);
+}
+
 /* To steps, the largest making up the sum: a block whose weights do not sum to 1 is drawn to the origin or from it. */
 static void round_weights(const nsdf_block_model *m) {
     float *weight = tensor_values(m, NSDF_BLOCK_WEIGHTS);

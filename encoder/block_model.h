@@ -58,6 +58,9 @@ void nsdf_block_model_round(const nsdf_block_model *model, const float *values, 
 /* Whether a block is there at time u, at least by half. */
 int nsdf_block_alive(const nsdf_block_model *model, uint32_t block, double u);
 
+/* Lives as the file will hold them. */
+void nsdf_block_model_round_lives(nsdf_block_model *model);
+
 /* Where a block's coefficients of a degree lie among the values; those of degree 0 at the first control point. */
 static inline size_t nsdf_block_degree_offset(const nsdf_block_model *model, uint32_t block, uint32_t degree) {
     const size_t blocks = model->desc.block_count;

@@ -1,6 +1,7 @@
 #include "block_stage.h"
 
 #include "block_cover.h"
+#include "block_lives.h"
 #include "block_order.h"
 #include "block_start.h"
 #include "nodes.h"
@@ -114,7 +115,9 @@ int nsdf_fit_blocks(const nsdf_fit_job *job, nsdf_block_model *model, nsdf_fit_r
     const int failed = nsdf_start_blocks(&block_job, job->tracked ? job->tracked : &tracked, model);
     if (!job->tracked)
         nsdf_nodes_free(&tracked.nodes);
-    return failed ? -1 : nsdf_block_fit_run(&block_job, model, result);
+    if (failed || nsdf_block_fit_run(&block_job, model, result) != 0)
+        return -1;
+    return nsdf_block_trim_lives(model, job->frames, job->u, job->header, job->workers);
 }
 
 /* decoded[value_count] gets what a reader will have, and q its integers.  The values are rounded once only: products

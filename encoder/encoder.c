@@ -1,5 +1,6 @@
 #include "nsdf/encoder.h"
 
+#include "block_mend.h"
 #include "block_stage.h"
 #include "bound.h"
 #include "checkpoint.h"
@@ -18,10 +19,6 @@
 
 static const float provisional_bound = 64.0f;
 static const float largest_speck = 0.125f;
-/* A piece of this share of the input's smallest one is part of the surface, if badly fitted. */
-static const float true_share = 0.75f;
-/* Specks at other times than the frames', and at other resolutions, are a little larger. */
-static const float speck_margin = 1.1f;
 
 /* Share of every frame's surface that has to lie in blocks, or else the model is the network. */
 static const double least_cover = 0.85;
@@ -31,6 +28,7 @@ static const double lost_error = 0.02;
 
 /* While verification finds stray pieces, fitting goes on a little, so many times at the most. */
 enum { MEND_ROUNDS = 3 };
+static const double block_mend_share = 0.1; /* of the steps */
 
 struct nsdf_encoder {
     nsdf_encoder_options options;
@@ -328,9 +326,9 @@ static int has_target(const run *r) {
 
 static nsdf_status fit_to_target(run *r) {
     nsdf_encoder *e = r->encoder;
-    const nsdf_rate_job job = {fit_job(r), r->size, &e->shown, &e->entry, &e->stats};
+    nsdf_rate_job job = {fit_job(r), r->size, &e->shown, e->entry, &e->stats};
     nsdf_status status = NSDF_NO_MEMORY;
-    e->entry.smallest_piece = smallest_piece(r); /* errors are measured without specks */
+    job.entry.smallest_piece = smallest_piece(r);
     if (uses_blocks(r))
         r->rate_blocks = nsdf_rate_blocks_create(&job);
     else
@@ -389,17 +387,6 @@ static nsdf_status assemble(run *r, const nsdf_quality_record *quality) {
     return NSDF_OK;
 }
 
-/* Pieces astray that are smaller than all true ones, and than the input's, can be left out as specks.  Whether that is
- * so, and the entry says it now. */
-static int can_leave_out(run *r, const nsdf_piece_report *pieces) {
-    const float size = pieces->largest_stray * speck_margin;
-    const float most = fminf(pieces->smallest_true, true_share * nsdf_frames_smallest_piece(&r->encoder->frames));
-    if (r->encoder->options.smallest_piece >= 0.0 || pieces->stray == 0 || !(size < most))
-        return 0;
-    r->encoder->entry.smallest_piece = size;
-    return 1;
-}
-
 static void forget_strays(run *r) {
     for (uint32_t i = 0; r->strays && i < r->encoder->frames.count; i++)
         nsdf_sample_set_free(&r->strays[i]);
@@ -412,7 +399,7 @@ static nsdf_status verify(run *r, const nsdf_check_job *job) {
     nsdf_piece_report pieces;
     nsdf_sample_set *strays = r->strays + (e->shown.frames - e->frames.frames);
     nsdf_status status = nsdf_verify_file(job, r->workers, &e->file, &e->quality, &pieces, strays, r->error);
-    if (status == NSDF_OK && can_leave_out(r, &pieces)) {
+    if (status == NSDF_OK && nsdf_specks_can_go(&pieces, &e->frames, &e->options, &e->entry.smallest_piece)) {
         forget_strays(r);
         status = assemble(r, NULL);
         if (status == NSDF_OK)
@@ -469,12 +456,30 @@ static nsdf_status code_and_check(run *r) {
     return status;
 }
 
+static int mend_blocks(run *r) {
+    const nsdf_fit_control control = {1, NULL, NULL};
+    nsdf_encoder_options o = nsdf_block_options(&r->encoder->options);
+    nsdf_fit_result some;
+    nsdf_fit_job job = fit_job(r);
+    o.steps = 1 + (uint64_t)(block_mend_share * (double)o.steps);
+    job.options = &o;
+    job.control = &control;
+    if (nsdf_fit_mended(&job, r->strays, &r->encoder->blocks, &some) != 0)
+        return -1;
+    some.steps += r->fit.steps;
+    some.samples += r->fit.samples;
+    r->fit = some;
+    return 0;
+}
+
 /* Fits a little more where verification found stray pieces, and checks again. */
 static nsdf_status mend(run *r) {
     nsdf_encoder_stats *stats = &r->encoder->stats;
     nsdf_fit_job job = fit_job(r);
     double began = nsdf_clock();
-    nsdf_status status = fitted(r, nsdf_fit_mend(&job, r->strays, r->encoder->parameters, &r->fit));
+    nsdf_status status =
+        fitted(r, r->encoder->blocks.values ? mend_blocks(r)
+                                            : nsdf_fit_mend(&job, r->strays, r->encoder->parameters, &r->fit));
     if (status == NSDF_OK && r->rate_network)
         status = nsdf_rate_network_requantise(r->rate_network, r->error);
     stats->seconds_fit += nsdf_clock() - began;
@@ -482,12 +487,16 @@ static nsdf_status mend(run *r) {
     return status == NSDF_OK ? code_and_check(r) : status;
 }
 
-/* More than a stray piece a frame says that the network is too small or fitted too briefly, which mending cannot mend.
- */
+/* More than a stray piece a frame says that the model is too small or fitted too briefly, which mending cannot mend. */
 static int worth_mending(const run *r) {
-    uint32_t pieces = r->encoder->stats.stray_pieces;
-    return !r->encoder->blocks.values && r->encoder->options.hard_samples && pieces > 0 &&
-           pieces <= r->encoder->frames.count + 8;
+    const nsdf_encoder *e = r->encoder;
+    const nsdf_quality *q = &e->stats.quality;
+    const uint32_t pieces = e->stats.stray_pieces;
+    if (!e->options.hard_samples || !e->options.verify || pieces > e->frames.count + 8)
+        return 0;
+    if (!e->blocks.values)
+        return pieces > 0;
+    return !has_target(r) && !(e->options.time_budget > 0.0) && q->mean_to_input > NSDF_ASTRAY * q->mean_to_decoded;
 }
 
 /* Goes on after verification until the target is met, or nothing helps. */
@@ -498,10 +507,11 @@ static nsdf_status pursue_target(run *r) {
         const double began = nsdf_clock();
         const nsdf_quality *q = &e->stats.quality;
         if (r->rate_blocks)
-            status = nsdf_rate_blocks_judge(r->rate_blocks, &e->blocks, &r->fit, q, &again, r->error);
+            status = nsdf_rate_blocks_judge(r->rate_blocks, &e->blocks, &r->fit, q, r->strays, &again, r->error);
         else
             status = nsdf_rate_network_judge(r->rate_network, &r->fit, q, &again, r->error);
         e->stats.seconds_fit += nsdf_clock() - began;
+        forget_strays(r);
         if (status == NSDF_OK)
             status = fitted(r, 0);
         if (status == NSDF_OK && again)
@@ -518,10 +528,32 @@ static int target_met(const run *r) {
     return !(o->target_error > 0.0) || nsdf_mean_error(&e->stats.quality) <= o->target_error;
 }
 
+/* Blocks that mending made no better are as they were before. */
+static nsdf_status mend_better(run *r, int *better) {
+    nsdf_encoder *e = r->encoder;
+    const double before = nsdf_mean_error(&e->stats.quality);
+    nsdf_block_model kept;
+    *better = 1;
+    if (!e->blocks.values)
+        return mend(r);
+    if (nsdf_block_model_copy(&kept, &e->blocks) != 0)
+        return nsdf_encoder_fail(r->error, NSDF_NO_MEMORY, "out of memory");
+    const nsdf_status status = mend(r);
+    *better = status != NSDF_OK || nsdf_mean_error(&e->stats.quality) < before;
+    if (*better) {
+        nsdf_block_model_free(&kept);
+        return status;
+    }
+    nsdf_block_model_free(&e->blocks);
+    e->blocks = kept;
+    forget_strays(r);
+    return code_and_check(r);
+}
+
 static nsdf_status mend_all(run *r, int whole) {
     nsdf_status status = NSDF_OK;
-    for (int round = 0; status == NSDF_OK && whole && worth_mending(r) && round < MEND_ROUNDS; round++)
-        status = mend(r);
+    for (int round = 0, better = whole; status == NSDF_OK && better && worth_mending(r) && round < MEND_ROUNDS; round++)
+        status = mend_better(r, &better);
     return status;
 }
 

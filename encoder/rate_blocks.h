@@ -16,9 +16,11 @@ void nsdf_rate_blocks_free(nsdf_rate_blocks *rate);
 nsdf_status nsdf_rate_blocks_fit(nsdf_rate_blocks *rate, nsdf_block_model *model, nsdf_fit_result *result,
                                  nsdf_encoder_error *error);
 
-/* After verification found `quality` for the whole file: whether *model was changed and must be coded and checked
- * again. *again is 0 at the end, when *model is the one with the fewest bytes that met the error, if any did. */
+/* After verification found `quality` for the whole file, and strays[frame], which are taken over: whether *model was
+ * changed and must be coded and checked again. *again is 0 at the end, when *model is the one with the fewest bytes
+ * that met the error, if any did. */
 nsdf_status nsdf_rate_blocks_judge(nsdf_rate_blocks *rate, nsdf_block_model *model, nsdf_fit_result *result,
-                                   const nsdf_quality *quality, int *again, nsdf_encoder_error *error);
+                                   const nsdf_quality *quality, nsdf_sample_set *strays, int *again,
+                                   nsdf_encoder_error *error);
 
 #endif

@@ -83,8 +83,73 @@ double nsdf_rate_error_level(const nsdf_encoder_options *base, double error) {
     return clamp(log(error_by_step * base->pose_step / error) / error_power, -3.0, 1.0);
 }
 
-double nsdf_rate_level_step(double measured, double wanted) {
-    return clamp(log(measured / wanted) / error_power, -2.5, 1.5);
+/* ---- Levels and errors ------------------------------------------------------------------------------------ */
+
+static const double least_power = 0.3, most_power = 1.5; /* of errors beyond those measured */
+static const double same_level = 0.1;                    /* too near to tell a slope */
+static const double most_coarser = 2.5, most_finer = 1.5;
+
+static void remove_fit(nsdf_rate_curve *c, uint32_t i) {
+    for (c->count--; i < c->count; i++) {
+        c->level[i] = c->level[i + 1];
+        c->error[i] = c->error[i + 1];
+    }
+}
+
+void nsdf_rate_curve_add(nsdf_rate_curve *c, double level, double error) {
+    uint32_t at = 0;
+    for (uint32_t i = c->count; i-- > 0;)
+        if (fabs(c->level[i] - level) < 1e-6)
+            remove_fit(c, i);
+    if (c->count == NSDF_RATE_MOST_FITS)
+        remove_fit(c, level - c->level[0] > c->level[c->count - 1] - level ? 0 : c->count - 1);
+    while (at < c->count && c->level[at] < level)
+        at++;
+    for (uint32_t i = c->count++; i > at; i--) {
+        c->level[i] = c->level[i - 1];
+        c->error[i] = c->error[i - 1];
+    }
+    c->level[at] = level;
+    c->error[at] = error;
+}
+
+/* -d log(error) / d level between fit i and the next one, and beyond them. */
+static double power_between(const nsdf_rate_curve *c, uint32_t i) {
+    if (c->count < 2 || c->level[i + 1] - c->level[i] < same_level)
+        return error_power;
+    return clamp(log(c->error[i] / c->error[i + 1]) / (c->level[i + 1] - c->level[i]), least_power, most_power);
+}
+
+double nsdf_rate_curve_error(const nsdf_rate_curve *c, double level) {
+    const uint32_t last = c->count - 1;
+    if (level <= c->level[0])
+        return c->error[0] * exp(power_between(c, 0) * (c->level[0] - level));
+    if (level >= c->level[last])
+        return c->error[last] * exp(-power_between(c, last > 0 ? last - 1 : 0) * (level - c->level[last]));
+    uint32_t i = 0;
+    while (c->level[i + 1] < level)
+        i++;
+    const double share = (level - c->level[i]) / (c->level[i + 1] - c->level[i]);
+    return c->error[i] * pow(c->error[i + 1] / c->error[i], share);
+}
+
+double nsdf_rate_curve_level(const nsdf_rate_curve *c, double error) {
+    const uint32_t last = c->count - 1;
+    if (c->error[0] <= error)
+        return c->level[0] - fmin(log(error / c->error[0]) / power_between(c, 0), most_coarser);
+    for (uint32_t i = 0; i < last; i++)
+        if (c->error[i + 1] <= error)
+            return c->level[i] +
+                   (c->level[i + 1] - c->level[i]) * log(c->error[i] / error) / log(c->error[i] / c->error[i + 1]);
+    const double power = power_between(c, last > 0 ? last - 1 : 0);
+    return c->level[last] + fmin(log(c->error[last] / error) / power, most_finer);
+}
+
+double nsdf_rate_curve_distance(const nsdf_rate_curve *c, double level) {
+    double least = INFINITY;
+    for (uint32_t i = 0; i < c->count; i++)
+        least = fmin(least, fabs(c->level[i] - level));
+    return least;
 }
 
 /* ---- A common factor -------------------------------------------------------------------------------------- */
@@ -92,6 +157,7 @@ double nsdf_rate_level_step(double measured, double wanted) {
 static const double size_slope = 0.4, steer_gain = 0.6, most_steer = 0.3; /* -dlog(bytes)/dx, and what steering does */
 static const double error_slope = 0.3, least_slope = 0.12, most_slope = 1.0;
 static const double most_move = 0.7;
+static const double edge_share = 0.15; /* of a bracket: closer to its ends nothing new is learned */
 static const double tight = 0.992, promised = 0.97;
 enum { MOST_TRIES = 28 };
 
@@ -101,19 +167,35 @@ double nsdf_rate_steer(double x, uint64_t bytes, uint64_t wanted) {
 }
 
 void nsdf_rate_tried(nsdf_rate_trials *trials, double x, double error) {
-    trials->x[1] = trials->x[0];
-    trials->error[1] = trials->error[0];
+    for (uint32_t i = NSDF_RATE_MOST_TRIALS - 1; i > 0; i--) {
+        trials->x[i] = trials->x[i - 1];
+        trials->error[i] = trials->error[i - 1];
+    }
     trials->x[0] = x;
     trials->error[0] = error;
-    trials->count++;
+    trials->count += trials->count < NSDF_RATE_MOST_TRIALS;
+}
+
+/* x[0] is the largest that had the error, x[1] the smallest that had not. */
+static void bracket(const nsdf_rate_trials *trials, double wanted, double x[2]) {
+    x[0] = -INFINITY;
+    x[1] = INFINITY;
+    for (uint32_t i = 0; i < trials->count; i++)
+        if (trials->error[i] <= wanted)
+            x[0] = fmax(x[0], trials->x[i]);
+        else
+            x[1] = fmin(x[1], trials->x[i]);
 }
 
 double nsdf_rate_next(const nsdf_rate_trials *trials, double wanted) {
     const double dx = trials->x[0] - trials->x[1];
-    double slope = error_slope;
+    double slope = error_slope, known[2];
     if (trials->count > 1 && fabs(dx) > 1e-3)
         slope = clamp(log(trials->error[0] / trials->error[1]) / dx, least_slope, most_slope);
-    return trials->x[0] + clamp(log(wanted / trials->error[0]) / slope, -most_move, most_move);
+    const double next = trials->x[0] + clamp(log(wanted / trials->error[0]) / slope, -most_move, most_move);
+    bracket(trials, wanted, known);
+    const double edge = edge_share * (known[1] - known[0]);
+    return edge > 0.0 && isfinite(edge) ? clamp(next, known[0] + edge, known[1] - edge) : next;
 }
 
 int nsdf_rate_size_met(uint64_t bytes, uint64_t most) {

@@ -32,8 +32,24 @@ double nsdf_rate_level_for(const nsdf_rate_measure *m, const nsdf_encoder_option
 /* A level for an error, when nothing is known. */
 double nsdf_rate_error_level(const nsdf_encoder_options *base, double error);
 
-/* How much the level must change for an error, from a measured one. */
-double nsdf_rate_level_step(double measured, double wanted);
+enum { NSDF_RATE_MOST_FITS = 6 };
+
+/* Errors of models that were fitted at some levels, by ascending level. */
+typedef struct nsdf_rate_curve {
+    double level[NSDF_RATE_MOST_FITS], error[NSDF_RATE_MOST_FITS];
+    uint32_t count;
+} nsdf_rate_curve;
+
+/* Replaces the one at the same level; the one that is furthest away goes when there is no room. */
+void nsdf_rate_curve_add(nsdf_rate_curve *curve, double level, double error);
+
+/* Of a curve with at least one fit, logarithms of errors going in straight lines between them and beyond: the error at
+ * a level, and the lowest level for an error, at most 2.5 below and 1.5 above all that were tried. */
+double nsdf_rate_curve_error(const nsdf_rate_curve *curve, double level);
+double nsdf_rate_curve_level(const nsdf_rate_curve *curve, double error);
+
+/* How far the nearest fit is; INFINITY when there is none. */
+double nsdf_rate_curve_distance(const nsdf_rate_curve *curve, double level);
 
 /* ---- A common factor on the quantiser steps -------------------------------------------------------------- */
 
@@ -42,13 +58,18 @@ double nsdf_rate_level_step(double measured, double wanted);
 /* The next x, from what x gave, while fitting goes on and the file follows. */
 double nsdf_rate_steer(double x, uint64_t bytes, uint64_t wanted);
 
-/* Secant on logarithms: the next x for an error from the trials so far, of which the last counts most. */
+/* What was tried for an error, the last first. */
+enum { NSDF_RATE_MOST_TRIALS = 12 };
 typedef struct nsdf_rate_trials {
-    double x[2], error[2]; /* the last two, the last first */
+    double x[NSDF_RATE_MOST_TRIALS], error[NSDF_RATE_MOST_TRIALS];
     uint32_t count;
 } nsdf_rate_trials;
 
+/* The first one goes when there is no room. */
 void nsdf_rate_tried(nsdf_rate_trials *trials, double x, double error);
+
+/* The next x: by the secant through the logarithms of the last two, but between the largest x that had the error and
+ * the smallest that had not, where the former is below the latter. */
 double nsdf_rate_next(const nsdf_rate_trials *trials, double wanted);
 
 /* Bytes at x; returns 0, or -1 on failure. */

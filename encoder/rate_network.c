@@ -87,12 +87,15 @@ static void note(const nsdf_rate_network *r, nsdf_rate_kind kind, uint64_t steps
 }
 
 static nsdf_status error_at(nsdf_rate_network *r, double bits, double *error) {
-    nsdf_buffer file = {NULL, 0, 0, 0};
+    nsdf_coded_segment segment = {{NULL, 0, 0, 0}, 0};
+    nsdf_quick_error quick = {0.0, 0.0, 0};
     set_bits(r, bits);
-    nsdf_status status = make_file(r, &file) == 0 ? NSDF_OK : no_memory(r);
+    nsdf_status status = nsdf_code_segment(r->job.fit.model, *r->parameters, &segment) == 0 ? NSDF_OK : no_memory(r);
     if (status == NSDF_OK)
-        status = nsdf_rate_quick_error(&r->job, &file, error, r->error);
-    nsdf_buffer_free(&file);
+        status = nsdf_rate_quick_error(&r->job, &segment, &quick, r->error);
+    nsdf_buffer_free(&segment.payload);
+    *error = quick.mean;
+    r->bytes = quick.bytes;
     return status;
 }
 

@@ -9,6 +9,10 @@
 
 enum { SAMPLES = 6000 }; /* surface points per frame and direction */
 static const float stray_distance = 1e-2f;
+/* A piece of this share of the input's smallest one is part of the surface, if badly fitted. */
+static const float true_share = 0.75f;
+/* Specks at other times than the frames', and at other resolutions, are a little larger. */
+static const float speck_margin = 1.1f;
 
 typedef struct {
     nsdf_mesh *mesh;
@@ -66,27 +70,45 @@ static int mark_strays(const nsdf_surface *decoded, const nsdf_sdf *input, const
     return 0;
 }
 
-/* Vertices of stray pieces, with the distances that the field should have there. */
-static int collect_strays(const nsdf_surface *decoded, const uint32_t *piece, const uint8_t *stray,
-                          const nsdf_frame *frame, nsdf_sample_set *set) {
-    nsdf_sdf *sdf = nsdf_frame_sdf(frame);
-    float *block = sdf ? malloc(NSDF_MOST_STRAYS * sizeof *block) : NULL;
-    if (block) {
-        nsdf_sample_set s = {block, malloc(NSDF_MOST_STRAYS * sizeof(float)), malloc(NSDF_MOST_STRAYS * sizeof(float)),
-                             malloc(NSDF_MOST_STRAYS * sizeof(float)), 0};
-        for (uint32_t i = 0; s.y && s.z && s.d && i < decoded->triangle_count && s.count < NSDF_MOST_STRAYS; i++) {
-            const float *v = decoded->positions + 3 * (size_t)decoded->indices[3 * (size_t)i];
-            if (!stray[piece[i]])
-                continue;
-            s.x[s.count] = v[0];
-            s.y[s.count] = v[1];
-            s.z[s.count] = v[2];
-            s.d[s.count++] = nsdf_sdf_distance(sdf, v);
-        }
-        *set = s;
+/* What to take of a decoded surface: `wanted[i]` of its triangles' first vertices, spread over all of them, with the
+ * distances that the field should have there. */
+static int collect(const nsdf_surface *decoded, const uint8_t *wanted, const nsdf_sdf *sdf, nsdf_sample_set *set) {
+    const size_t bytes = NSDF_MOST_STRAYS * sizeof(float);
+    nsdf_sample_set s = {malloc(bytes), malloc(bytes), malloc(bytes), malloc(bytes), 0};
+    size_t count = 0, seen = 0;
+    for (uint32_t i = 0; i < decoded->triangle_count; i++)
+        count += wanted[i];
+    const size_t step = 1 + count / NSDF_MOST_STRAYS;
+    for (uint32_t i = 0; s.x && s.y && s.z && s.d && i < decoded->triangle_count; i++) {
+        const float *v = decoded->positions + 3 * (size_t)decoded->indices[3 * (size_t)i];
+        if (!wanted[i] || seen++ % step != 0)
+            continue;
+        s.x[s.count] = v[0];
+        s.y[s.count] = v[1];
+        s.z[s.count] = v[2];
+        s.d[s.count++] = nsdf_sdf_distance(sdf, v);
     }
-    nsdf_sdf_free(sdf);
-    return block && set->y && set->z && set->d ? 0 : -1;
+    *set = s;
+    return s.x && s.y && s.z && s.d ? 0 : -1;
+}
+
+/* Vertices of stray pieces; of blocks, all that are astray, since theirs often hang on the true surface. */
+static int collect_strays(const nsdf_surface *decoded, const uint32_t *piece, const uint8_t *stray, int blocks,
+                          const nsdf_sdf *input, const nsdf_frame *frame, nsdf_sample_set *set) {
+    uint8_t *wanted = malloc((size_t)decoded->triangle_count + 1);
+    int any = 0, failed = !wanted;
+    for (uint32_t i = 0; wanted && i < decoded->triangle_count; i++) {
+        const float *v = decoded->positions + 3 * (size_t)decoded->indices[3 * (size_t)i];
+        wanted[i] = blocks ? (uint8_t)is_stray(input, v) : stray[piece[i]];
+        any |= wanted[i];
+    }
+    if (any) {
+        nsdf_sdf *sdf = nsdf_frame_sdf(frame);
+        failed = !sdf || collect(decoded, wanted, sdf, set) != 0;
+        nsdf_sdf_free(sdf);
+    }
+    free(wanted);
+    return failed ? -1 : 0;
 }
 
 /* Adds the pieces of a decoded frame to a report. */
@@ -108,7 +130,8 @@ static int report_pieces(const nsdf_surface *decoded, const uint32_t *piece, con
     return 0;
 }
 
-static int find_stray_pieces(comparison *c, const nsdf_sdf *input, const nsdf_frame *frame, nsdf_sample_set *set) {
+static int find_strays(comparison *c, const nsdf_sdf *input, const nsdf_frame *frame, int blocks,
+                       nsdf_sample_set *set) {
     const nsdf_surface *decoded = &c->decoded;
     uint32_t *piece = malloc(sizeof *piece * ((size_t)decoded->triangle_count + 1));
     int64_t pieces = piece ? nsdf_surface_components(decoded, piece) : -1;
@@ -117,8 +140,8 @@ static int find_stray_pieces(comparison *c, const nsdf_sdf *input, const nsdf_fr
     if (stray) {
         failed = mark_strays(decoded, input, piece, (uint32_t)pieces, stray) != 0 ||
                  report_pieces(decoded, piece, stray, (uint32_t)pieces, &c->pieces) != 0;
-        if (!failed && c->pieces.stray)
-            failed = collect_strays(decoded, piece, stray, frame, set) != 0;
+        if (!failed && (blocks || c->pieces.stray))
+            failed = collect_strays(decoded, piece, stray, blocks, input, frame, set) != 0;
     }
     free(piece);
     free(stray);
@@ -149,7 +172,7 @@ static void compare_one(void *data, uint32_t index, uint32_t worker) {
         } else if (input && decoded) {
             c->failed = nsdf_add_surface_distances(&frame->surface, decoded, SAMPLES, &random, &c->stats[0]) != 0 ||
                         nsdf_add_surface_distances(&c->decoded, input, SAMPLES, &random, &c->stats[1]) != 0 ||
-                        find_stray_pieces(c, input, frame, &g->strays[g->first + index]) != 0;
+                        find_strays(c, input, frame, g->job->options->blocks > 0, &g->strays[g->first + index]) != 0;
         }
         nsdf_sdf_free(input);
         nsdf_sdf_free(decoded);
@@ -191,6 +214,16 @@ static nsdf_status verify_group(group *g, nsdf_decoder *decoder, nsdf_workers *w
         pieces->smallest_true = fminf(pieces->smallest_true, found->smallest_true);
     }
     return NSDF_OK;
+}
+
+bool nsdf_specks_can_go(const nsdf_piece_report *pieces, const nsdf_frames *frames, const nsdf_encoder_options *options,
+                        float *size) {
+    const float least = pieces->largest_stray * speck_margin;
+    const float most = fminf(pieces->smallest_true, true_share * nsdf_frames_smallest_piece(frames));
+    if (options->smallest_piece >= 0.0 || pieces->stray == 0 || !(least < most))
+        return false;
+    *size = least;
+    return true;
 }
 
 nsdf_status nsdf_verify_file(const nsdf_check_job *job, nsdf_workers *workers, const nsdf_buffer *file,

@@ -49,10 +49,60 @@ static void test_a_level_for_bytes_is_predicted_to_have_them(void **state) {
     }
 }
 
-static void test_larger_errors_ask_for_higher_levels(void **state) {
+/* ---- Levels and errors ------------------------------------------------------------------------------------ */
+
+static nsdf_rate_curve curve_of(const double (*fits)[2], uint32_t count) {
+    nsdf_rate_curve c = {{0.0}, {0.0}, 0};
+    for (uint32_t i = 0; i < count; i++)
+        nsdf_rate_curve_add(&c, fits[i][0], fits[i][1]);
+    return c;
+}
+
+static void test_one_fit_tells_which_way_to_go(void **state) {
+    const double fits[][2] = {{-0.5, 4e-4}};
+    const nsdf_rate_curve c = curve_of(fits, 1);
     (void)state;
-    assert_true(nsdf_rate_level_step(4e-4, 3e-4) > 0.0 && nsdf_rate_level_step(3e-4, 4e-4) < 0.0);
-    assert_true(nsdf_rate_level_step(4e-4, 4e-4) == 0.0);
+    assert_true(nsdf_rate_curve_level(&c, 3e-4) > -0.5 && nsdf_rate_curve_level(&c, 5e-4) < -0.5);
+    assert_true(fabs(nsdf_rate_curve_level(&c, 4e-4) + 0.5) < 1e-9);
+    assert_true(fabs(nsdf_rate_curve_level(&c, 1e-6) - 1.0) < 1e-9); /* 1.5 finer */
+    assert_true(fabs(nsdf_rate_curve_level(&c, 10.0) + 3.0) < 1e-9); /* 2.5 coarser */
+}
+
+/* Whatever order fits come in, lines through their logarithms are found both ways. */
+static void test_levels_and_errors_of_a_curve_are_inverses(void **state) {
+    const double fits[][2] = {{-1.0, 8e-4}, {0.5, 3e-4}, {-2.0, 3e-3}, {1.2, 2e-4}};
+    const nsdf_rate_curve c = curve_of(fits, 4);
+    (void)state;
+    assert_int_equal(c.count, 4);
+    for (int i = 0; i < 4; i++)
+        assert_true(fabs(nsdf_rate_curve_error(&c, fits[i][0]) / fits[i][1] - 1.0) < 1e-9);
+    for (double level = -3.0; level < 2.0; level += 0.1)
+        assert_true(fabs(nsdf_rate_curve_level(&c, nsdf_rate_curve_error(&c, level)) - level) < 1e-6);
+    assert_true(fabs(nsdf_rate_curve_error(&c, -1.5) - sqrt(8e-4 * 3e-3)) < 1e-9);
+}
+
+/* A coarser fit that is better by chance is the one to take, and no slope runs backwards. */
+static void test_errors_that_scatter_do_not_turn_levels_round(void **state) {
+    const double fits[][2] = {{-1.0, 3e-4}, {0.0, 3.5e-4}};
+    const nsdf_rate_curve c = curve_of(fits, 2);
+    (void)state;
+    assert_true(nsdf_rate_curve_level(&c, 3.2e-4) < -1.0 && nsdf_rate_curve_level(&c, 3.2e-4) > -2.0);
+    assert_true(nsdf_rate_curve_level(&c, 2.5e-4) > 0.0);
+    assert_true(nsdf_rate_curve_error(&c, 1.0) < 3.5e-4);
+}
+
+static void test_a_curve_keeps_what_is_near(void **state) {
+    nsdf_rate_curve c = {{0.0}, {0.0}, 0};
+    (void)state;
+    assert_true(isinf(nsdf_rate_curve_distance(&c, 0.0)));
+    for (int i = 0; i < 2 * NSDF_RATE_MOST_FITS; i++)
+        nsdf_rate_curve_add(&c, 0.25 * i, 1e-3);
+    nsdf_rate_curve_add(&c, 0.25 * (2 * NSDF_RATE_MOST_FITS - 1), 2e-3); /* again */
+    assert_int_equal(c.count, NSDF_RATE_MOST_FITS);
+    assert_true(c.error[NSDF_RATE_MOST_FITS - 1] == 2e-3 && c.error[0] == 1e-3);
+    for (int i = 1; i < NSDF_RATE_MOST_FITS; i++)
+        assert_true(c.level[i] > c.level[i - 1]);
+    assert_true(fabs(nsdf_rate_curve_distance(&c, c.level[2] + 0.1) - 0.1) < 1e-9);
 }
 
 /* ---- Sizes ------------------------------------------------------------------------------------------------ */
@@ -174,12 +224,31 @@ static void test_noise_does_not_turn_a_secant_round(void **state) {
     assert_true(x > 0.1 && x < 1.0);
 }
 
+/* Between an x that had the error and one that had not, whatever the last two say. */
+static void test_trials_stay_within_what_is_known(void **state) {
+    nsdf_rate_trials trials = {{0.0}, {0.0}, 0};
+    (void)state;
+    nsdf_rate_tried(&trials, 0.0, 3e-4);
+    nsdf_rate_tried(&trials, 1.0, 6e-4);
+    nsdf_rate_tried(&trials, 0.9, 5.9e-4);
+    double x = nsdf_rate_next(&trials, 4e-4);
+    assert_true(x > 0.0 && x < 0.9);
+    for (int i = 0; i < 2 * NSDF_RATE_MOST_TRIALS; i++)
+        nsdf_rate_tried(&trials, 0.5, 3.9e-4);
+    assert_int_equal(trials.count, NSDF_RATE_MOST_TRIALS);
+    x = nsdf_rate_next(&trials, 4e-4);
+    assert_true(x > 0.5 && x < 1.3); /* what was forgotten limits nothing */
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_level_0_is_the_options_given),
         cmocka_unit_test(test_higher_levels_are_predicted_larger),
         cmocka_unit_test(test_a_level_for_bytes_is_predicted_to_have_them),
-        cmocka_unit_test(test_larger_errors_ask_for_higher_levels),
+        cmocka_unit_test(test_one_fit_tells_which_way_to_go),
+        cmocka_unit_test(test_levels_and_errors_of_a_curve_are_inverses),
+        cmocka_unit_test(test_errors_that_scatter_do_not_turn_levels_round),
+        cmocka_unit_test(test_a_curve_keeps_what_is_near),
         cmocka_unit_test(test_sizes_are_found_from_above_and_below),
         cmocka_unit_test(test_sizes_below_the_floor_are_not_found),
         cmocka_unit_test(test_the_largest_there_is_counts_when_all_are_small),
@@ -188,6 +257,7 @@ int main(void) {
         cmocka_unit_test(test_steering_arrives),
         cmocka_unit_test(test_secants_arrive_at_an_error),
         cmocka_unit_test(test_noise_does_not_turn_a_secant_round),
+        cmocka_unit_test(test_trials_stay_within_what_is_known),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
