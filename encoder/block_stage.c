@@ -1,6 +1,7 @@
 #include "block_stage.h"
 
 #include "block_cover.h"
+#include "block_knots.h"
 #include "block_lives.h"
 #include "block_order.h"
 #include "block_start.h"
@@ -36,10 +37,11 @@ static int start_model(const nsdf_fit_job *job, nsdf_motion *motion, nsdf_block_
     nsdf_block_frame scratch;
     if (nsdf_bones_fit(&bones, motion, o->bones, job->workers) != 0)
         return -1;
-    int failed =
-        nsdf_order_blocks(motion, &bones) != 0 ||
-        nsdf_block_model_create(model, motion, &bones, job->u, o->block_degree,
-                                knot_spacing(job, o->block_knot_spacing), knot_spacing(job, o->level_spacing), &steps);
+    int failed = nsdf_order_blocks(motion, &bones) != 0;
+    const double spacing =
+        failed ? -1.0 : nsdf_block_knot_spacing(motion, &bones, job->u, knot_spacing(job, o->block_knot_spacing));
+    failed = spacing < 0.0 || nsdf_block_model_create(model, motion, &bones, job->u, o->block_degree, spacing,
+                                                      knot_spacing(job, o->level_spacing), &steps) != 0;
     nsdf_bones_free(&bones);
     if (failed)
         return -1;

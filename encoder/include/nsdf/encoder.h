@@ -85,7 +85,8 @@ typedef struct nsdf_encoder_options {
     uint32_t block_degree;              /* of their polynomials, 0 to 3 */
     double block_overlap;               /* balls that hold a point of the surface, 1 to 20: gives their radius */
     double block_radius;                /* that of the balls, fraction of the diagonal; 0 = from block_overlap */
-    double block_knot_spacing;          /* frames of the sequence per control point of the bones' motion */
+    double block_knot_spacing;          /* frames of the sequence per control point of the bones' motion; down to one
+                                           where these would lose it */
     double level_spacing;               /* the same of the blocks' levels, their coefficients of degree 0, which move
                                            pieces of the surface along their normals; 0 = levels do not move */
     double pose_step, coefficient_step; /* quantiser steps, fractions of the diagonal */
