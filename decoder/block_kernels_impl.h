@@ -1,6 +1,6 @@
 /* Included once per instruction set with TARGET (an attribute, or nothing), NAME, LANES and LANE_BITS(mask) defined,
  * and where there are instructions for them ROUGH_INVERSE_ROOT(v), with a relative error of 2^-11 at most, and
- * LIST_LANES(mask, from, to), as list_lanes below. */
+ * LIST_LANES(mask, from, to) and LIST_BITS(bits, first, to), as list_lanes and list_bits below. */
 #include <math.h>
 #include <stdint.h>
 #include <string.h>
@@ -36,6 +36,18 @@ INLINE lanes masked(lane_masks mask, lanes v) {
 INLINE uint32_t lowest(uint32_t bits) {
     return (uint32_t)__builtin_ctz(bits);
 }
+
+/* Stores `first` and the number of the bit for each that is set, one after another, and perhaps more up to sixteen;
+ * returns how many. */
+#ifndef LIST_BITS
+#define LIST_BITS list_bits
+INLINE uint32_t list_bits(uint32_t bits, uint32_t first, uint32_t *to) {
+    uint32_t count = 0;
+    for (; bits; bits &= bits - 1)
+        to[count++] = first + lowest(bits);
+    return count;
+}
+#endif
 
 /* ---- Points in balls --------------------------------------------------------------------------------------- */
 
@@ -85,15 +97,39 @@ typedef struct lane_sums {
     lanes weight, value, weight_slope[3], value_slope[3];
 } lane_sums;
 
-/* One block at points x; slopes only if wanted. */
-INLINE void add_block(const nsdf_block *block, uint32_t degree, int slopes, const lanes x[3], lane_sums *sums) {
-    const float *m = block->map, life = block->life;
-    lanes u[3], slope[3];
+/* Places of points in a ball, and 1 - |u|^2, which is positive for those that the ball holds. */
+typedef struct lane_places {
+    lanes u[3], root;
+} lane_places;
+
+INLINE void place_in_ball(const nsdf_block *block, const lanes x[3], lane_places *at) {
+    const float *m = block->map;
+    lanes *u = at->u;
     for (int row = 0; row < 3; row++)
         u[row] = m[4 * row] * x[0] + m[4 * row + 1] * x[1] + m[4 * row + 2] * x[2] + m[4 * row + 3];
-    const lanes root = 1.0f - (u[0] * u[0] + u[1] * u[1] + u[2] * u[2]);
+    at->root = 1.0f - (u[0] * u[0] + u[1] * u[1] + u[2] * u[2]);
+}
+
+/* The balls that hold some of the points, half of those whose reach meets their box: found without a branch, which
+ * nobody could foresee.  Returns how many. */
+INLINE uint32_t hold_points(const nsdf_block *blocks, const uint32_t *list, uint32_t count, const lanes x[3],
+                            uint32_t *held, lane_places *places) {
+    uint32_t n = 0;
+    for (uint32_t i = 0; i < count; i++) {
+        place_in_ball(&blocks[list[i]], x, &places[n]);
+        held[n] = list[i];
+        n += LANE_BITS(places[n].root > 0.0f) != 0;
+    }
+    return n;
+}
+
+/* One block at points in its ball or beyond; slopes only if wanted. */
+INLINE void add_block(const nsdf_block *block, uint32_t degree, int slopes, const lane_places *at, lane_sums *sums) {
+    const float *m = block->map, life = block->life;
+    const lanes *u = at->u, root = at->root;
     const lane_masks inside = root > 0.0f;
     const lanes weight = life * root * root, value = nsdf_block_value(block->terms, degree, u);
+    lanes slope[3];
     sums->weight += masked(inside, weight);
     sums->value += masked(inside, weight * value);
     if (!slopes)
@@ -109,13 +145,40 @@ INLINE void add_block(const nsdf_block *block, uint32_t degree, int slopes, cons
     }
 }
 
+/* As many balls at a time as leave room in the first cache. */
+enum { BALLS_AT_ONCE = 32 };
+
+INLINE void sum_slopes(const nsdf_block *blocks, const uint32_t *list, uint32_t count, uint32_t degree,
+                       const lanes x[3], lane_sums *sums) {
+    uint32_t held[BALLS_AT_ONCE];
+    lane_places places[BALLS_AT_ONCE];
+    for (uint32_t from = 0; from < count; from += BALLS_AT_ONCE) {
+        const uint32_t some = count - from < BALLS_AT_ONCE ? count - from : BALLS_AT_ONCE;
+        const uint32_t n = hold_points(blocks, list + from, some, x, held, places);
+        for (uint32_t i = 0; i < n; i++)
+            add_block(&blocks[held[i]], degree, 1, &places[i], sums);
+    }
+}
+
+/* Values are too quick to find out first which balls are worth it. */
+INLINE void sum_values(const nsdf_block *blocks, const uint32_t *list, uint32_t count, uint32_t degree,
+                       const lanes x[3], lane_sums *sums) {
+    for (uint32_t i = 0; i < count; i++) {
+        lane_places at;
+        place_in_ball(&blocks[list[i]], x, &at);
+        add_block(&blocks[list[i]], degree, 0, &at, sums);
+    }
+}
+
 INLINE void sum_listed(const nsdf_block *blocks, const uint32_t *list, uint32_t count, uint32_t degree, int slopes,
                        const float x[3][NSDF_BLOCK_POINTS], nsdf_block_sums *sums) {
     for (int first = 0; first < NSDF_BLOCK_POINTS; first += LANES) {
         const lanes at[3] = {load(x[0] + first), load(x[1] + first), load(x[2] + first)};
         lane_sums s = {{0}, {0}, {{0}, {0}, {0}}, {{0}, {0}, {0}}};
-        for (uint32_t i = 0; i < count; i++)
-            add_block(&blocks[list[i]], degree, slopes, at, &s);
+        if (slopes)
+            sum_slopes(blocks, list, count, degree, at, &s);
+        else
+            sum_values(blocks, list, count, degree, at, &s);
         store(sums->weight + first, s.weight);
         store(sums->value + first, s.value);
         for (int axis = 0; slopes && axis < 3; axis++) {
@@ -191,19 +254,16 @@ TARGET static uint32_t meet(const nsdf_block_boxes *boxes, const nsdf_block_boxe
     float box[2][3];
     uint32_t count = 0;
     bound_points(x, points, box);
-    for (uint32_t s = 0; s < nsdf_block_groups(groups); s++) {
-        for (uint32_t sets = test_boxes(&group_boxes[s], (const float(*)[3])box); sets; sets &= sets - 1) {
-            const uint32_t g = s * NSDF_BLOCK_GROUP + lowest(sets);
-            if (g >= groups)
-                break;
-            for (uint32_t met = test_boxes(&boxes[g], (const float(*)[3])box); met; met &= met - 1) {
-                if (count == most)
-                    return most + 1;
-                list[count++] = g * NSDF_BLOCK_GROUP + lowest(met);
-            }
+    for (uint32_t s = 0; s < groups; s += NSDF_BLOCK_GROUP) {
+        uint32_t met[NSDF_BLOCK_GROUP];
+        const uint32_t sets = test_boxes(&group_boxes[s / NSDF_BLOCK_GROUP], (const float(*)[3])box);
+        const uint32_t n = LIST_BITS(sets, s, met);
+        for (uint32_t i = 0; i < n && met[i] < groups && count <= most; i++) {
+            const uint32_t bits = test_boxes(&boxes[met[i]], (const float(*)[3])box);
+            count += LIST_BITS(bits, met[i] * NSDF_BLOCK_GROUP, list + count);
         }
     }
-    return count;
+    return count <= most ? count : most + 1;
 }
 
 /* ---- Points in no ball ------------------------------------------------------------------------------------- */
@@ -236,10 +296,10 @@ INLINE void search_group(const nsdf_block_group *group, uint32_t first, const fl
 /* Of equally near ones the first. */
 INLINE uint32_t first_nearest(const lane_nearest *near, uint32_t none, float *square) {
     uint32_t nearest = none;
-    for (int i = 0; i < LANES; i++) {
-        const uint32_t number = near->number[i] < 0 ? none : (uint32_t)(near->number[i] + i);
-        if (near->square[i] < *square || (near->square[i] == *square && number < nearest)) {
-            *square = near->square[i];
+    for (uint32_t bits = LANE_BITS(near->number >= 0); bits; bits &= bits - 1) {
+        const uint32_t lane = lowest(bits), number = (uint32_t)near->number[lane] + lane;
+        if (near->square[lane] < *square || (near->square[lane] == *square && number < nearest)) {
+            *square = near->square[lane];
             nearest = number;
         }
     }
@@ -285,6 +345,54 @@ TARGET static uint32_t find_nearest(const nsdf_block_group *group, const nsdf_gr
         }
     }
     return first_nearest(&near, groups * NSDF_BLOCK_GROUP, square);
+}
+
+/* Squared distances to a box, of as many as there are lanes. */
+INLINE lanes squares_to_box(const float *const at[3], const float low[3], const float high[3]) {
+    lanes square = {0};
+    for (int axis = 0; axis < 3; axis++) {
+        const lanes x = load(at[axis]), below = low[axis] - x, above = x - high[axis];
+        square += masked(below > 0.0f, below * below) + masked(above > 0.0f, above * above);
+    }
+    return square;
+}
+
+/* Which of sixteen places are no further from the box than `reach` and their radius (NULL: none), as bits. */
+INLINE uint32_t test_reach(const float place[3][NSDF_BLOCK_GROUP], const float *radius, const float low[3],
+                           const float high[3], float reach) {
+    uint32_t met = 0;
+    for (int first = 0; first < NSDF_BLOCK_GROUP; first += LANES) {
+        const float *const at[3] = {place[0] + first, place[1] + first, place[2] + first};
+        const lanes limit = radius ? load(radius + first) + reach : reach - (lanes){0};
+        met |= LANE_BITS(squares_to_box(at, low, high) <= limit * limit) << first;
+    }
+    return met;
+}
+
+TARGET static int list_centres(const nsdf_block_group *group, const nsdf_group_balls *balls, uint32_t groups,
+                               const float low[3], const float high[3], float reach, nsdf_near_blocks *list) {
+    const float limit = 1.0001f * reach + 1e-6f;
+    uint32_t count = 0;
+    for (uint32_t s = 0; s < groups; s += NSDF_BLOCK_GROUP) {
+        const nsdf_group_balls *set = &balls[s / NSDF_BLOCK_GROUP];
+        uint32_t met[NSDF_BLOCK_GROUP];
+        const uint32_t sets = test_reach(set->middle, set->radius, low, high, limit), n = LIST_BITS(sets, s, met);
+        for (uint32_t i = 0; i < n && met[i] < groups && count <= NSDF_NEAR_MOST; i++)
+            count += LIST_BITS(test_reach(group[met[i]].centre, NULL, low, high, limit), met[i] * NSDF_BLOCK_GROUP,
+                               list->number + count);
+    }
+    list->count = count;
+    return count <= NSDF_NEAR_MOST;
+}
+
+TARGET static uint32_t nearest_listed(const nsdf_near_blocks *list, uint32_t none, const float x[3], float *square) {
+    lane_nearest near = {*square - (lanes){0}, (lane_masks){0} - 1};
+    for (uint32_t i = 0; i < list->count; i += LANES) {
+        const float *const centre[3] = {list->centre[0] + i, list->centre[1] + i, list->centre[2] + i};
+        take_nearer(squares_from(centre, x), i, &near);
+    }
+    const uint32_t found = first_nearest(&near, NSDF_NEAR_MOST, square);
+    return found < list->count ? list->number[found] : none;
 }
 
 /* The generalised winding number.  Sums by places within the groups, then over the places. */
@@ -357,4 +465,4 @@ TARGET static int is_wound(const nsdf_block_group *group, uint32_t groups, const
 
 #endif
 
-static const nsdf_block_kernels table = {NAME, sum_near, meet, find_nearest, is_wound};
+static const nsdf_block_kernels table = {NAME, sum_near, meet, find_nearest, list_centres, nearest_listed, is_wound};

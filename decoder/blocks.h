@@ -11,7 +11,7 @@
 
 #include "format_desc.h"
 
-enum { NSDF_BLOCK_TERMS = 20, NSDF_BLOCK_CELLS = 48, NSDF_BLOCK_CELL_ENTRIES = 96 };
+enum { NSDF_BLOCK_TERMS = 20 };
 
 /* One block at one time. */
 typedef struct nsdf_block {
@@ -59,19 +59,13 @@ typedef struct nsdf_blocks {
     nsdf_block_group *groups;              /* [nsdf_block_groups(block_count)] */
     nsdf_group_balls *balls;               /* [nsdf_block_groups(of those)] */
     nsdf_block_boxes *boxes, *group_boxes; /* the same: of blocks, of groups */
-    float low[3], inverse_cell[3];
-    uint32_t cells[3];
-    uint32_t *start; /* [cells + 1]: where a cell's entries begin */
-    uint32_t *entries;
-    uint64_t entry_capacity;
 } nsdf_blocks;
 
 /* Bytes of storage that nsdf_blocks_init needs. */
 uint64_t nsdf_blocks_storage(const nsdf_blocks_desc *desc);
-/* Lays the blocks out in `storage` (aligned to 64 bytes), which must stay, as must desc and values, which were checked.
- * The domain is that of the file, normalised. */
-void nsdf_blocks_init(nsdf_blocks *blocks, const nsdf_blocks_desc *desc, const float *values, const float domain_min[3],
-                      const float domain_max[3], void *storage);
+/* Lays the blocks out in `storage` (aligned to 64 bytes), which must stay, and desc and values too; these were checked.
+ */
+void nsdf_blocks_init(nsdf_blocks *blocks, const nsdf_blocks_desc *desc, const float *values, void *storage);
 /* Brings the blocks to time u in [0, 1]. */
 void nsdf_blocks_compose(nsdf_blocks *blocks, double u);
 
@@ -92,9 +86,6 @@ void nsdf_blocks_set_place(nsdf_blocks *blocks, uint32_t k, const float centre[3
                            const float box[6]);
 void nsdf_blocks_remove_place(nsdf_blocks *blocks, uint32_t k);
 void nsdf_blocks_bound_groups(nsdf_blocks *blocks);
-
-/* blocks_cells.c: fills start and entries from the boxes. */
-void nsdf_blocks_sort(nsdf_blocks *blocks);
 
 /* Where monomial x^a y^b z^c, a + b + c <= 3, lies among the terms: by degree, and within it a, then b, descending. */
 static inline uint32_t nsdf_block_term(uint32_t a, uint32_t b, uint32_t c) {

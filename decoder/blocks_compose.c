@@ -12,12 +12,6 @@ static uint64_t rounded_up(uint64_t bytes) {
     return (bytes + 63) / 64 * 64;
 }
 
-static uint64_t entry_room(const nsdf_blocks_desc *desc) {
-    return (uint64_t)NSDF_BLOCK_CELL_ENTRIES * desc->block_count;
-}
-
-enum { MOST_CELLS = NSDF_BLOCK_CELLS * NSDF_BLOCK_CELLS * NSDF_BLOCK_CELLS };
-
 uint64_t nsdf_blocks_storage(const nsdf_blocks_desc *desc) {
     const uint64_t k = desc->block_count;
     const uint32_t groups = nsdf_block_groups(desc->block_count);
@@ -25,8 +19,7 @@ uint64_t nsdf_blocks_storage(const nsdf_blocks_desc *desc) {
            rounded_up(nsdf_block_groups(groups) * sizeof(nsdf_group_balls)) +
            rounded_up(groups * sizeof(nsdf_block_boxes)) +
            rounded_up(nsdf_block_groups(groups) * sizeof(nsdf_block_boxes)) +
-           rounded_up(12 * sizeof(double) * (uint64_t)desc->bone_count) +
-           rounded_up((MOST_CELLS + 1) * sizeof(uint32_t)) + rounded_up(entry_room(desc) * sizeof(uint32_t));
+           rounded_up(12 * sizeof(double) * (uint64_t)desc->bone_count);
 }
 
 static void *cut(char **storage, uint64_t bytes) {
@@ -35,21 +28,12 @@ static void *cut(char **storage, uint64_t bytes) {
     return piece;
 }
 
-/* Cells about as large as a ball's radius, as far as there may be so many. */
-static void choose_cells(nsdf_blocks *b, const float domain_min[3], const float domain_max[3]) {
+static float largest_radius(const nsdf_blocks *b) {
     const float *radii = b->values + nsdf_block_offset(b->desc, NSDF_BLOCK_RADII);
-    double mean = 0.0;
-    for (uint32_t k = 0; k < b->desc->block_count; k++) {
-        mean += (double)radii[k] / b->desc->block_count;
-        b->largest_radius = radii[k] > b->largest_radius ? radii[k] : b->largest_radius;
-    }
-    for (int axis = 0; axis < 3; axis++) {
-        const double side = (double)domain_max[axis] - (double)domain_min[axis];
-        const double cells = side / (0.75 * mean);
-        b->cells[axis] = cells < 1.0 ? 1 : cells > NSDF_BLOCK_CELLS ? NSDF_BLOCK_CELLS : (uint32_t)cells;
-        b->low[axis] = domain_min[axis];
-        b->inverse_cell[axis] = (float)(b->cells[axis] / side);
-    }
+    float largest = 0.0f;
+    for (uint32_t k = 0; k < b->desc->block_count; k++)
+        largest = radii[k] > largest ? radii[k] : largest;
+    return largest;
 }
 
 /* phi = P_a(x) P_b(y) P_c(z) with P_0 = 1, P_1 = x, P_2 = x^2 - 1/9, P_3 = x^3 - 3/11 x: nearly orthogonal under the
@@ -98,8 +82,7 @@ static void make_terms(const nsdf_blocks *b, const coefficients_at *at, uint32_t
         out[i] = (float)terms[i];
 }
 
-void nsdf_blocks_init(nsdf_blocks *blocks, const nsdf_blocks_desc *desc, const float *values, const float domain_min[3],
-                      const float domain_max[3], void *storage) {
+void nsdf_blocks_init(nsdf_blocks *blocks, const nsdf_blocks_desc *desc, const float *values, void *storage) {
     const uint64_t k = desc->block_count;
     const uint32_t groups = nsdf_block_groups(desc->block_count);
     char *rest = storage;
@@ -112,10 +95,7 @@ void nsdf_blocks_init(nsdf_blocks *blocks, const nsdf_blocks_desc *desc, const f
     blocks->boxes = cut(&rest, groups * sizeof(nsdf_block_boxes));
     blocks->group_boxes = cut(&rest, nsdf_block_groups(groups) * sizeof(nsdf_block_boxes));
     blocks->bones = cut(&rest, 12 * sizeof(double) * (uint64_t)desc->bone_count);
-    blocks->start = cut(&rest, (MOST_CELLS + 1) * sizeof(uint32_t));
-    blocks->entry_capacity = entry_room(desc);
-    blocks->entries = cut(&rest, blocks->entry_capacity * sizeof(uint32_t));
-    choose_cells(blocks, domain_min, domain_max);
+    blocks->largest_radius = largest_radius(blocks);
     memset(blocks->blocks, 0, k * sizeof(nsdf_block));
     blocks->moving = 0;
     for (uint32_t d = 0; d <= desc->degree; d++)
@@ -263,5 +243,4 @@ void nsdf_blocks_compose(nsdf_blocks *blocks, double u) {
         place_block(blocks, k, pose);
     }
     nsdf_blocks_bound_groups(blocks);
-    nsdf_blocks_sort(blocks);
 }

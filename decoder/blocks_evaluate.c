@@ -14,11 +14,6 @@ typedef struct part {
     nsdf_block_sums sums;
 } part;
 
-static uint32_t cell_of(const nsdf_blocks *b, float x, int axis) {
-    const float at = (x - b->low[axis]) * b->inverse_cell[axis];
-    return !(at > 0.0f) ? 0 : at >= (float)b->cells[axis] ? b->cells[axis] - 1 : (uint32_t)at;
-}
-
 /* ---- Inside the balls -------------------------------------------------------------------------------------- */
 
 static inline void to_ball(const nsdf_block *block, const float x[3], float u[3]) {
@@ -40,23 +35,33 @@ static void add_slopes(const nsdf_block *block, uint32_t degree, const float u[3
     }
 }
 
-/* Point p alone. */
-static void add_point(const nsdf_blocks *b, size_t p, int slopes, part *t) {
-    const float x[3] = {t->x[0][p], t->x[1][p], t->x[2][p]};
-    const uint32_t degree = b->desc->degree;
-    const uint32_t cell = (cell_of(b, x[2], 2) * b->cells[1] + cell_of(b, x[1], 1)) * b->cells[0] + cell_of(b, x[0], 0);
-    for (uint32_t i = b->start[cell]; i < b->start[cell + 1]; i++) {
-        const nsdf_block *block = &b->blocks[b->entries[i]];
-        float u[3];
-        to_ball(block, x, u);
-        const float root = 1.0f - (u[0] * u[0] + u[1] * u[1] + u[2] * u[2]);
-        if (!(root > 0.0f))
-            continue;
-        const float weight = block->life * root * root, value = nsdf_block_value(block->terms, degree, u);
-        t->sums.weight[p] += weight;
-        t->sums.value[p] += weight * value;
-        if (slopes)
-            add_slopes(block, degree, u, root, weight, value, &t->sums, p);
+static void add_ball(const nsdf_block *block, uint32_t degree, const float x[3], int slopes, size_t p,
+                     nsdf_block_sums *sums) {
+    float u[3];
+    to_ball(block, x, u);
+    const float root = 1.0f - (u[0] * u[0] + u[1] * u[1] + u[2] * u[2]);
+    if (!(root > 0.0f))
+        return;
+    const float weight = block->life * root * root, value = nsdf_block_value(block->terms, degree, u);
+    sums->weight[p] += weight;
+    sums->value[p] += weight * value;
+    if (slopes)
+        add_slopes(block, degree, u, root, weight, value, sums, p);
+}
+
+void nsdf_blocks_describe(const nsdf_blocks *b, nsdf_near_blocks *near) {
+    uint32_t i = 0;
+    for (; i < near->count; i++) {
+        const nsdf_block_group *group = &b->groups[near->number[i] / NSDF_BLOCK_GROUP];
+        const uint32_t k = near->number[i] % NSDF_BLOCK_GROUP;
+        for (int axis = 0; axis < 3; axis++)
+            near->centre[axis][i] = group->centre[axis][k];
+        near->reach[i] = group->reach[k];
+    }
+    for (; i % NSDF_BLOCK_GROUP != 0; i++) {
+        for (int axis = 0; axis < 3; axis++)
+            near->centre[axis][i] = 1e9f;
+        near->reach[i] = 0.0f;
     }
 }
 
@@ -64,27 +69,30 @@ static void add_point(const nsdf_blocks *b, size_t p, int slopes, part *t) {
 static int find_near(const nsdf_blocks *b, const nsdf_block_kernels *kernels, const float *const x[3], size_t count,
                      nsdf_near_blocks *near) {
     const uint32_t groups = nsdf_block_groups(b->desc->block_count);
-    const uint32_t met = kernels->meet(b->boxes, b->group_boxes, groups, x, count, NSDF_NEAR_MOST, near->number);
-    if (met > NSDF_NEAR_MOST)
+    near->count = kernels->meet(b->boxes, b->group_boxes, groups, x, count, NSDF_NEAR_MOST, near->number);
+    if (near->count > NSDF_NEAR_MOST)
         return 0;
-    near->count = met;
-    for (uint32_t i = 0; i < met; i++) {
-        const nsdf_block_group *group = &b->groups[near->number[i] / NSDF_BLOCK_GROUP];
-        const uint32_t k = near->number[i] % NSDF_BLOCK_GROUP;
-        for (int axis = 0; axis < 3; axis++)
-            near->centre[axis][i] = group->centre[axis][k];
-        near->reach[i] = group->reach[k];
-    }
-    for (uint32_t i = met; i % NSDF_BLOCK_GROUP != 0; i++) {
-        for (int axis = 0; axis < 3; axis++)
-            near->centre[axis][i] = 1e9f;
-        near->reach[i] = 0.0f;
-    }
+    nsdf_blocks_describe(b, near);
     return 1;
 }
 
+/* Point p alone: of the blocks in the boxes that hold it, or of all where those are too many as well. */
+static void add_point(const nsdf_blocks *b, const nsdf_block_kernels *kernels, size_t p, int slopes, part *t) {
+    const float *const at[3] = {&t->x[0][p], &t->x[1][p], &t->x[2][p]}, x[3] = {*at[0], *at[1], *at[2]};
+    const uint32_t degree = b->desc->degree;
+    nsdf_near_blocks own;
+    if (find_near(b, kernels, at, 1, &own)) {
+        for (uint32_t i = 0; i < own.count; i++)
+            add_ball(&b->blocks[own.number[i]], degree, x, slopes, p, &t->sums);
+        return;
+    }
+    for (uint32_t k = 0; k < b->desc->block_count; k++)
+        if (b->blocks[k].radius > 0.0f)
+            add_ball(&b->blocks[k], degree, x, slopes, p, &t->sums);
+}
+
 /* Blocks in ascending order, as the sums are defined.  `near` is NULL where they are too many for a run of points: then
- * they may be few enough for these. */
+ * they may be few enough for these, or for each. */
 static void add_part(const nsdf_blocks *b, const nsdf_block_kernels *kernels, const nsdf_near_blocks *near,
                      size_t count, int slopes, part *t) {
     const float *const x[3] = {t->x[0], t->x[1], t->x[2]};
@@ -97,7 +105,7 @@ static void add_part(const nsdf_blocks *b, const nsdf_block_kernels *kernels, co
     }
     memset(&t->sums, 0, sizeof t->sums);
     for (size_t p = 0; p < count; p++)
-        add_point(b, p, slopes, t);
+        add_point(b, kernels, p, slopes, t);
 }
 
 /* ---- Outside ----------------------------------------------------------------------------------------------- */
@@ -111,6 +119,12 @@ typedef struct far_point {
     float size;     /* |f| */
 } far_point;
 
+/* Points of a part that no ball holds. */
+typedef struct far_points {
+    size_t count;
+    uint32_t list[NSDF_BLOCK_POINTS]; /* their places in the part */
+} far_points;
+
 /* A little more than the squared distance from x to a block's centre. */
 static float square_beyond(const nsdf_blocks *b, uint32_t k, const float x[3]) {
     float square = 0.0f;
@@ -121,19 +135,59 @@ static float square_beyond(const nsdf_blocks *b, uint32_t k, const float x[3]) {
     return 1.0001f * square + 1e-12f;
 }
 
-/* Where |f| is above `enough`, the size may be anything above it: no centre is then as near as that and half the
- * largest radius.  *near is a block that may be near, or block_count, and becomes the nearest one: it shortens the
- * search for the next point. */
-static far_point measure_far(const nsdf_blocks *b, const nsdf_block_kernels *kernels, const part *t, uint32_t p,
-                             float enough, uint32_t *near) {
+/* The search for the nearest centres of far points. */
+typedef struct far_search {
+    const nsdf_blocks *blocks;
+    const nsdf_block_kernels *kernels;
+    float reach;             /* centres that are further away need not be found */
+    uint32_t near;           /* a block that may be near, or block_count: shortens the search */
+    nsdf_near_blocks listed; /* of one part, if has_list: blocks among which the nearest ones are */
+    int has_list;
+} far_search;
+
+/* Where |f| is above `enough`, its size may be anything above that: no centre is then as near as that and half the
+ * largest radius. */
+static void begin_search(const nsdf_blocks *b, const nsdf_block_kernels *kernels, float enough, far_search *s) {
+    s->blocks = b;
+    s->kernels = kernels;
+    s->reach = enough < nowhere ? 1.0001f * (enough + 0.5f * b->largest_radius) : nowhere;
+    s->near = b->desc->block_count;
+}
+
+/* Lists what may be nearest to the far points from number `first` on, if that is worth it: when there are several, and
+ * it is known how far the search has to go. */
+static void list_nearest(far_search *s, const part *t, const far_points *far, size_t first) {
+    const nsdf_blocks *b = s->blocks;
+    float low[3], high[3], square = 0.0f;
+    s->has_list = 0;
+    if (far->count - first < 2 || (s->near == b->desc->block_count && !(s->reach < nowhere)))
+        return;
+    for (size_t i = first; i < far->count; i++) {
+        const uint32_t p = far->list[i];
+        const float x[3] = {t->x[0][p], t->x[1][p], t->x[2][p]};
+        for (int axis = 0; axis < 3; axis++) {
+            low[axis] = i == first || x[axis] < low[axis] ? x[axis] : low[axis];
+            high[axis] = i == first || x[axis] > high[axis] ? x[axis] : high[axis];
+        }
+        square = fmaxf(square, s->near < b->desc->block_count ? square_beyond(b, s->near, x) : nowhere * nowhere);
+    }
+    s->has_list = s->kernels->list_centres(b->groups, b->balls, nsdf_block_groups(b->desc->block_count), low, high,
+                                           fminf(s->reach, sqrtf(square)), &s->listed);
+    if (s->has_list)
+        nsdf_blocks_describe(b, &s->listed);
+}
+
+static far_point measure_far(far_search *s, const part *t, uint32_t p) {
+    const nsdf_blocks *b = s->blocks;
+    const uint32_t groups = nsdf_block_groups(b->desc->block_count), none = groups * NSDF_BLOCK_GROUP;
     far_point far = {{t->x[0][p], t->x[1][p], t->x[2][p]}, 0, 0.0f, 0.0f};
-    const float reach = enough < nowhere ? 1.0001f * (enough + 0.5f * b->largest_radius) : nowhere;
-    float square = reach * reach;
-    if (*near < b->desc->block_count)
-        square = fminf(square, square_beyond(b, *near, far.x));
-    far.nearest = kernels->find_nearest(b->groups, b->balls, nsdf_block_groups(b->desc->block_count), far.x, &square);
+    float square = s->reach * s->reach;
+    if (s->near < b->desc->block_count)
+        square = fminf(square, square_beyond(b, s->near, far.x));
+    far.nearest = s->has_list ? s->kernels->nearest_listed(&s->listed, none, far.x, &square)
+                              : s->kernels->find_nearest(b->groups, b->balls, groups, far.x, &square);
     if (far.nearest < b->desc->block_count)
-        *near = far.nearest;
+        s->near = far.nearest;
     const float d = far.distance = sqrtf(square);
     const float radius = far.nearest < b->desc->block_count ? b->blocks[far.nearest].radius : 0.0f;
     far.size = d - 0.5f * radius > 0.25f * radius ? d - 0.5f * radius : 0.25f * radius;
@@ -142,9 +196,10 @@ static far_point measure_far(const nsdf_blocks *b, const nsdf_block_kernels *ker
 
 /* The sign tells on which side of the blocks the point is.  The slope of |f| is along the way from the nearest centre,
  * 0 where |f| is at its least or no block is there. */
-static void set_far(const nsdf_blocks *b, const nsdf_block_kernels *kernels, uint32_t p, part *t, uint32_t *near) {
-    const far_point far = measure_far(b, kernels, t, p, nowhere, near);
-    const int wound = kernels->is_wound(b->groups, nsdf_block_groups(b->desc->block_count), far.x);
+static void set_far(far_search *s, uint32_t p, part *t) {
+    const nsdf_blocks *b = s->blocks;
+    const far_point far = measure_far(s, t, p);
+    const int wound = s->kernels->is_wound(b->groups, nsdf_block_groups(b->desc->block_count), far.x);
     const float sign = wound ? -1.0f : 1.0f;
     const uint32_t k = far.nearest;
     const int slopes = k < b->desc->block_count && far.size > 0.25f * b->blocks[k].radius;
@@ -155,12 +210,6 @@ static void set_far(const nsdf_blocks *b, const nsdf_block_kernels *kernels, uin
                          far.distance
                    : 0.0f;
 }
-
-/* Points of a part that no ball holds. */
-typedef struct far_points {
-    size_t count;
-    uint32_t list[NSDF_BLOCK_POINTS]; /* their places in the part */
-} far_points;
 
 /* Values, and slopes if wanted, at the points that some ball holds; lists the others. */
 static void set_near(const nsdf_blocks *b, const nsdf_block_kernels *kernels, const nsdf_near_blocks *near,
@@ -193,15 +242,19 @@ void nsdf_blocks_evaluate(const nsdf_blocks *blocks, const nsdf_block_kernels *k
                           const float *xyz, float *value, float *gradient) {
     const float *const x[3] = {xyz, xyz + stride, xyz + 2 * stride};
     nsdf_near_blocks near;
-    uint32_t nearest = blocks->desc->block_count;
+    far_search search;
     const int few = find_near(blocks, kernels, x, count, &near);
+    begin_search(blocks, kernels, nowhere, &search);
     for (size_t from = 0; from < count; from += NSDF_BLOCK_POINTS) {
         part t;
         far_points far;
         const size_t n = gather(from, count, stride, xyz, &t);
         set_near(blocks, kernels, few ? &near : NULL, n, gradient != NULL, &t, &far);
-        for (size_t i = 0; i < far.count; i++)
-            set_far(blocks, kernels, far.list[i], &t, &nearest);
+        for (size_t i = 0; i < far.count; i++) {
+            if (i == 0 || (i == 1 && !search.has_list))
+                list_nearest(&search, &t, &far, i);
+            set_far(&search, far.list[i], &t);
+        }
         for (size_t p = 0; p < n; p++)
             value[from + p] += t.f[p];
         for (size_t axis = 0; gradient && axis < 3; axis++)
@@ -214,8 +267,9 @@ void nsdf_blocks_measure(const nsdf_blocks *blocks, const nsdf_block_kernels *ke
                          const float *xyz, float enough, float *value, uint8_t *exact) {
     const float *const x[3] = {xyz, xyz + stride, xyz + 2 * stride};
     nsdf_near_blocks near;
-    uint32_t nearest = blocks->desc->block_count;
+    far_search search;
     const int few = find_near(blocks, kernels, x, count, &near);
+    begin_search(blocks, kernels, enough, &search);
     memset(exact, 1, count);
     for (size_t from = 0; from < count; from += NSDF_BLOCK_POINTS) {
         part t;
@@ -223,7 +277,9 @@ void nsdf_blocks_measure(const nsdf_blocks *blocks, const nsdf_block_kernels *ke
         const size_t n = gather(from, count, stride, xyz, &t);
         set_near(blocks, kernels, few ? &near : NULL, n, 0, &t, &far);
         for (size_t i = 0; i < far.count; i++) {
-            t.f[far.list[i]] = measure_far(blocks, kernels, &t, far.list[i], enough, &nearest).size;
+            if (i == 0)
+                list_nearest(&search, &t, &far, 0);
+            t.f[far.list[i]] = measure_far(&search, &t, far.list[i]).size;
             exact[from + far.list[i]] = 0;
         }
         memcpy(value + from, t.f, n * sizeof *value);

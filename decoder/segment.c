@@ -78,16 +78,15 @@ static nsdf_status make_network(const part_place *place, nsdf_memory *memory, ns
     return status;
 }
 
-static nsdf_status make_blocks(const part_place *place, nsdf_memory *memory, const nsdf_file_header *header,
-                               nsdf_segment_part *part, nsdf_error *error) {
+static nsdf_status make_blocks(const part_place *place, nsdf_memory *memory, nsdf_segment_part *part,
+                               nsdf_error *error) {
     nsdf_fault fault = {0, NULL};
     nsdf_parse parse = nsdf_check_blocks(&part->desc.blocks, part->values, &fault);
     if (parse != NSDF_PARSE_OK)
         return nsdf_fail_parse(error, parse, NSDF_CHUNK_SEGM, place->offset, &fault);
     nsdf_status status = take_bytes(memory, nsdf_blocks_storage(&part->desc.blocks), &part->storage, place, error);
     if (status == NSDF_OK)
-        nsdf_blocks_init(&part->at.blocks, &part->desc.blocks, part->values, header->domain_min, header->domain_max,
-                         part->storage);
+        nsdf_blocks_init(&part->at.blocks, &part->desc.blocks, part->values, part->storage);
     return status;
 }
 
@@ -106,8 +105,7 @@ static nsdf_status check_expansion(const part_place *place, const nsdf_memory *m
                      (unsigned long long)size, (unsigned long long)place->ref->size);
 }
 
-static nsdf_status load_part(const part_place *place, nsdf_memory *memory, const nsdf_file_header *header,
-                             nsdf_segment_part *part, nsdf_error *error) {
+static nsdf_status load_part(const part_place *place, nsdf_memory *memory, nsdf_segment_part *part, nsdf_error *error) {
     size_t coded = 0;
     nsdf_fault fault = {0, NULL};
     nsdf_parse parse = read_desc(place, part, &coded, &fault);
@@ -123,7 +121,7 @@ static nsdf_status load_part(const part_place *place, nsdf_memory *memory, const
         status = read_values(place, coded, memory, part, error);
     if (status != NSDF_OK)
         return status;
-    return part->kind == NSDF_PART_BLOCKS ? make_blocks(place, memory, header, part, error)
+    return part->kind == NSDF_PART_BLOCKS ? make_blocks(place, memory, part, error)
                                           : make_network(place, memory, part, error);
 }
 
@@ -154,7 +152,7 @@ static nsdf_status take_parts(nsdf_memory *memory, uint32_t count, uint64_t offs
 }
 
 static nsdf_status load_parts(const nsdf_chunk *chunk, const nsdf_index_entry *entry, nsdf_memory *memory,
-                              const nsdf_file_header *header, nsdf_segment *segment, nsdf_error *error) {
+                              nsdf_segment *segment, nsdf_error *error) {
     const uint64_t base = entry->offset + NSDF_CHUNK_HEADER_SIZE;
     nsdf_part_ref refs[NSDF_MAX_PARTS];
     nsdf_fault fault = {0, NULL};
@@ -165,7 +163,7 @@ static nsdf_status load_parts(const nsdf_chunk *chunk, const nsdf_index_entry *e
     nsdf_status status = take_parts(memory, count, base, segment, error);
     for (uint32_t i = 0; status == NSDF_OK && i < count; i++) {
         const part_place place = {&refs[i], base + (uint64_t)(refs[i].data - chunk->payload)};
-        status = load_part(&place, memory, header, &segment->parts[i], error);
+        status = load_part(&place, memory, &segment->parts[i], error);
         if (status == NSDF_OK)
             segment->parameter_count += nsdf_parameter_count(nsdf_segment_tensors(&segment->parts[i]));
     }
@@ -193,7 +191,7 @@ nsdf_status nsdf_segment_load(const nsdf_stream *stream, uint32_t index, nsdf_me
         return status;
     status = check_chunk(&chunk, entry, error);
     if (status == NSDF_OK)
-        status = load_parts(&chunk, entry, memory, &stream->header, &loaded, error);
+        status = load_parts(&chunk, entry, memory, &loaded, error);
     nsdf_chunk_free(memory, &chunk);
     if (status == NSDF_OK)
         *segment = loaded;

@@ -64,7 +64,7 @@ static void test_polynomials_are_those_of_the_decoder(void **state) {
     void *storage = malloc((size_t)nsdf_blocks_storage(&m->desc) + 64);
     (void)state;
     fill_levels(&x.model);
-    nsdf_blocks_init(&blocks, &m->desc, m->values, low, high, (char *)storage + (64 - (uintptr_t)storage % 64));
+    nsdf_blocks_init(&blocks, &m->desc, m->values, (char *)storage + (64 - (uintptr_t)storage % 64));
     for (int time = 0; time <= 10; time++) {
         nsdf_block_frame_compose(&x.frame, m, m->values, 0.1 * time);
         nsdf_blocks_compose(&blocks, 0.1 * time);

@@ -24,7 +24,7 @@ static opened open_blocks(const sample_blocks *s) {
     opened o;
     o.storage = aligned_alloc(64, (size_t)nsdf_blocks_storage(&s->desc));
     assert_non_null(o.storage);
-    nsdf_blocks_init(&o.blocks, &s->desc, s->values, low, high, o.storage);
+    nsdf_blocks_init(&o.blocks, &s->desc, s->values, o.storage);
     return o;
 }
 
@@ -309,8 +309,7 @@ static void assert_point(const tile_result *r, int p, float value, const float *
         assert_memory_equal(&r->slope[axis * NSDF_TILE + (size_t)p], &slope[axis * stride], sizeof *slope);
 }
 
-/* Every point by itself, and in a tile with corners of the domain, whose points meet too many cells to be taken
- * together. */
+/* Every point by itself, and in a tile with corners of the domain, whose box may meet more balls than are listed. */
 static void assert_company_does_not_matter(const nsdf_blocks *b, const nsdf_block_kernels *kernels, const float *xyz,
                                            const tile_result *expected) {
     float wide[TILE_FLOATS];
@@ -335,7 +334,6 @@ static void assert_tables_agree(const sample_blocks *s) {
     const tables t = find_tables();
     opened o = open_blocks(s);
     uint64_t random = 3;
-    assert_true(o.blocks.cells[0] * o.blocks.cells[1] * o.blocks.cells[2] > 64);
     for (int round = 0; round < 48; round++) {
         float xyz[TILE_FLOATS];
         nsdf_blocks_compose(&o.blocks, round / 47.0);
@@ -362,6 +360,22 @@ static void test_all_tables_and_tiles_give_the_same_bits(void **state) {
     sample_free(&shell);
 }
 
+/* More balls than are listed for points that are far apart, then for any points. */
+static void test_results_do_not_depend_on_how_many_balls_are_near(void **state) {
+    (void)state;
+    sample_blocks many = sample_random((sample_shape){1500, 6, 3, 2, 5}, 2);
+    assert_tables_agree(&many);
+    float *radii = sample_tensor_values(&many, NSDF_BLOCK_RADII);
+    for (int k = 0; k < 1500; k++)
+        radii[k] *= 0.1f;
+    radii[7] = 10.0f; /* one holds everything */
+    assert_tables_agree(&many);
+    for (int k = 0; k < NSDF_NEAR_MOST; k++)
+        radii[5 * k] = 10.0f;
+    assert_tables_agree(&many);
+    sample_free(&many);
+}
+
 /* ---- Searches by groups ---------------------------------------------------------------------------------- */
 
 static void assert_nearest(const nsdf_blocks *b, const nsdf_block_kernels *kernels, const float x[3]) {
@@ -381,9 +395,37 @@ static void assert_nearest(const nsdf_blocks *b, const nsdf_block_kernels *kerne
     assert_true(square == least);
 }
 
+/* Blocks within reach of a tile's box, and the nearest ones to its points among them, asked one by one. */
+static void assert_listed(const nsdf_blocks *b, const nsdf_block_kernels *kernels, const float x[3][NSDF_TILE],
+                          float reach) {
+    const uint32_t groups = nsdf_block_groups(b->desc->block_count), none = 100000;
+    float low_side[3], high_side[3];
+    nsdf_near_blocks list;
+    for (int axis = 0; axis < 3; axis++) {
+        low_side[axis] = high_side[axis] = x[axis][0];
+        for (int p = 1; p < NSDF_TILE; p++) {
+            low_side[axis] = fminf(low_side[axis], x[axis][p]);
+            high_side[axis] = fmaxf(high_side[axis], x[axis][p]);
+        }
+    }
+    if (!kernels->list_centres(b->groups, b->balls, groups, low_side, high_side, reach, &list))
+        return;
+    for (uint32_t i = 1; i < list.count; i++)
+        assert_true(list.number[i - 1] < list.number[i]);
+    nsdf_blocks_describe(b, &list);
+    for (int p = 0; p < NSDF_TILE; p++) {
+        const float point[3] = {x[0][p], x[1][p], x[2][p]};
+        float square = reach * reach, of_all = square;
+        const uint32_t nearest = kernels->find_nearest(b->groups, b->balls, groups, point, &of_all);
+        const uint32_t listed = kernels->nearest_listed(&list, none, point, &square);
+        assert_int_equal(listed, nearest == groups * NSDF_BLOCK_GROUP ? none : nearest);
+        assert_true(square == of_all);
+    }
+}
+
 /* Which balls' boxes a tile's box meets, asked one by one. */
 static void assert_met(const nsdf_blocks *b, const nsdf_block_kernels *kernels, const float x[3][NSDF_TILE]) {
-    uint32_t list[1000], count = 0;
+    uint32_t list[1000 + 2 * NSDF_BLOCK_GROUP], count = 0;
     const uint32_t groups = nsdf_block_groups(b->desc->block_count);
     const float *const points[3] = {x[0], x[1], x[2]};
     const uint32_t met = kernels->meet(b->boxes, b->group_boxes, groups, points, NSDF_TILE, 1000, list);
@@ -430,6 +472,7 @@ static void test_searches_by_groups_leave_nothing_out(void **state) {
             for (int i = 0; i < t.count; i++) {
                 assert_nearest(&o.blocks, t.list[i], point);
                 assert_met(&o.blocks, t.list[i], (const float(*)[NSDF_TILE])x);
+                assert_listed(&o.blocks, t.list[i], (const float(*)[NSDF_TILE])x, round % 2 ? 0.05f : 0.5f);
             }
         }
         free(o.storage);
@@ -579,63 +622,28 @@ static void test_the_mesh_is_the_same_without_measuring(void **state) {
     assert_int_equal(b.memory.used, 0);
 }
 
-/* ---- Cells ----------------------------------------------------------------------------------------------- */
+/* ---- Hostile parts --------------------------------------------------------------------------------------- */
 
-/* The same values, bit for bit, as with all blocks in one cell. */
-static void assert_cells_do_not_matter(const sample_blocks *s, double u) {
-    opened o = open_blocks(s), all = open_blocks(s);
-    uint64_t random = 8;
-    nsdf_blocks_compose(&o.blocks, u);
-    for (int k = 0; k < 3; k++)
-        all.blocks.cells[k] = 1;
-    nsdf_blocks_compose(&all.blocks, u);
-    for (int i = 0; i < 300; i++) {
-        const float x = sample_between(&random, -0.6, 0.6), y = sample_between(&random, -0.6, 0.6);
-        const float z = sample_between(&random, -0.6, 0.6);
-        assert_true(value_at(&o.blocks, x, y, z) == value_at(&all.blocks, x, y, z));
-    }
-    free(o.storage);
-    free(all.storage);
-}
-
-static void test_results_do_not_depend_on_cells(void **state) {
+/* Balls that are small at rest and that their bones blow up to hold the whole domain, in numbers that are not listed.
+ */
+static void test_all_balls_count_where_they_are_too_many_to_list(void **state) {
+    enum { COUNT = 700 };
     (void)state;
-    sample_blocks many = sample_random((sample_shape){1500, 6, 3, 2, 5}, 2);
-    assert_cells_do_not_matter(&many, 0.4);
-    float *radii = sample_tensor_values(&many, NSDF_BLOCK_RADII);
-    for (int k = 0; k < 1500; k++)
-        radii[k] *= 0.1f;
-    assert_cells_do_not_matter(&many, 0.4);
-    radii[7] = 10.0f; /* one holds everything */
-    assert_cells_do_not_matter(&many, 0.4);
-    sample_free(&many);
-    sample_blocks one = sample_random((sample_shape){1, 1, 1, 3, 4}, 3);
-    sample_tensor_values(&one, NSDF_BLOCK_RADII)[0] = 10.0f;
-    assert_cells_do_not_matter(&one, 0.1);
-    sample_free(&one);
-}
-
-/* Balls that are small at rest and that their bones blow up to hold the whole domain: more entries than there is room
- * for, in the cells first chosen. */
-static void test_balls_that_cover_everything_stay_within_storage(void **state) {
-    (void)state;
-    sample_blocks s = sample_resting((sample_shape){700, 1, 1, 0, 0}, 0x1p-10f);
+    sample_blocks s = sample_resting((sample_shape){COUNT, 1, 1, 0, 0}, 0x1p-10f);
     float *poses = sample_tensor_values(&s, NSDF_BLOCK_POSES);
+    double mean = 0.0;
     for (int k = 0; k < 3; k++)
         poses[5 * k] = 2048.0f;
-    for (int k = 0; k < 700; k++)
-        sample_tensor_values(&s, NSDF_BLOCK_COEFFICIENTS)[k] = 0.25f;
+    for (int k = 0; k < COUNT; k++) {
+        sample_tensor_values(&s, NSDF_BLOCK_COEFFICIENTS)[k] = 0.001f * (float)k;
+        mean += 0.001 * k / COUNT;
+    }
     opened o = open_blocks(&s);
-    assert_int_equal(o.blocks.cells[0], NSDF_BLOCK_CELLS);
     for (int time = 0; time < 3; time++) {
         nsdf_blocks_compose(&o.blocks, 0.5 * time);
-        const size_t cells = (size_t)o.blocks.cells[0] * o.blocks.cells[1] * o.blocks.cells[2];
-        assert_true(cells > 1 && o.blocks.start[cells] == cells * 700);
-        assert_true(o.blocks.start[cells] <= o.blocks.entry_capacity);
-        assert_true(fabs((double)value_at(&o.blocks, 0.4f, -0.4f, 0.1f) - 0.25) < 1e-6);
+        assert_true(fabs((double)value_at(&o.blocks, 0.4f, -0.4f, 0.1f) - mean) < 1e-5);
     }
     free(o.storage);
-    assert_cells_do_not_matter(&s, 0.0);
     sample_free(&s);
 }
 
@@ -673,12 +681,12 @@ int main(void) {
         cmocka_unit_test(test_far_from_all_balls_the_nearest_centre_counts),
         cmocka_unit_test(test_blocks_around_a_point_make_it_negative),
         cmocka_unit_test(test_all_tables_and_tiles_give_the_same_bits),
+        cmocka_unit_test(test_results_do_not_depend_on_how_many_balls_are_near),
         cmocka_unit_test(test_searches_by_groups_leave_nothing_out),
         cmocka_unit_test(test_tables_agree_about_winding_numbers_of_a_half),
         cmocka_unit_test(test_measures_are_values_without_the_sign_outside),
         cmocka_unit_test(test_the_mesh_is_the_same_without_measuring),
-        cmocka_unit_test(test_results_do_not_depend_on_cells),
-        cmocka_unit_test(test_balls_that_cover_everything_stay_within_storage),
+        cmocka_unit_test(test_all_balls_count_where_they_are_too_many_to_list),
         cmocka_unit_test(test_extreme_numbers_do_no_harm),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
