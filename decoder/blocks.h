@@ -10,6 +10,7 @@
 #define NSDF_BLOCKS_H
 
 #include "format_desc.h"
+#include "tasks.h"
 
 enum { NSDF_BLOCK_TERMS = 20 };
 
@@ -66,8 +67,8 @@ uint64_t nsdf_blocks_storage(const nsdf_blocks_desc *desc);
 /* Lays the blocks out in `storage` (aligned to 64 bytes), which must stay, and desc and values too; these were checked.
  */
 void nsdf_blocks_init(nsdf_blocks *blocks, const nsdf_blocks_desc *desc, const float *values, void *storage);
-/* Brings the blocks to time u in [0, 1]. */
-void nsdf_blocks_compose(nsdf_blocks *blocks, double u);
+/* Brings the blocks to time u in [0, 1], by the workers of `tasks` or, if that is NULL, on the calling thread. */
+void nsdf_blocks_compose(nsdf_blocks *blocks, double u, nsdf_tasks *tasks);
 
 struct nsdf_block_kernels;
 /* Adds the values at `count` points, 1 to NSDF_BLOCK_RUN, xyz [3][stride], and the gradients [3][stride] if not NULL.
@@ -80,12 +81,13 @@ void nsdf_blocks_evaluate(const nsdf_blocks *blocks, const struct nsdf_block_ker
 void nsdf_blocks_measure(const nsdf_blocks *blocks, const struct nsdf_block_kernels *kernels, size_t count,
                          size_t stride, const float *xyz, float enough, float *value, uint8_t *exact);
 
-/* blocks_groups.c: a block with the box of its ball, low then high, into its group, one that is not there out of it,
- * and balls and boxes of groups once all are in theirs. */
+/* blocks_groups.c: all groups without blocks; a block with the box of its ball, low then high, into its group, one that
+ * is not there out of it; and a group's ball and box once all are in it. */
+void nsdf_blocks_clear_groups(nsdf_blocks *blocks);
 void nsdf_blocks_set_place(nsdf_blocks *blocks, uint32_t k, const float centre[3], const float dipole[3], float reach,
                            const float box[6]);
 void nsdf_blocks_remove_place(nsdf_blocks *blocks, uint32_t k);
-void nsdf_blocks_bound_groups(nsdf_blocks *blocks);
+void nsdf_blocks_bound_group(nsdf_blocks *blocks, uint32_t group);
 
 /* Where monomial x^a y^b z^c, a + b + c <= 3, lies among the terms: by degree, and within it a, then b, descending. */
 static inline uint32_t nsdf_block_term(uint32_t a, uint32_t b, uint32_t c) {

@@ -36,22 +36,19 @@ static float largest_radius(const nsdf_blocks *b) {
     return largest;
 }
 
+/* ---- Polynomials ------------------------------------------------------------------------------------------- */
+
 /* phi = P_a(x) P_b(y) P_c(z) with P_0 = 1, P_1 = x, P_2 = x^2 - 1/9, P_3 = x^3 - 3/11 x: nearly orthogonal under the
- * weight (1 - |u|^2)^2.  Adds coefficient * phi to the monomials. */
-static void add_product(const uint32_t degree[3], double coefficient, double terms[NSDF_BLOCK_TERMS]) {
-    static const double lower[4] = {0.0, 0.0, -1.0 / 9.0, -3.0 / 11.0}; /* of x^(n - 2) */
-    for (uint32_t choice = 0; choice < 8; choice++) {
-        uint32_t power[3];
-        double factor = coefficient;
-        for (int axis = 0; axis < 3; axis++) {
-            const uint32_t low = choice >> axis & 1;
-            factor *= low ? lower[degree[axis]] : 1.0;
-            power[axis] = degree[axis] - (low && degree[axis] >= 2 ? 2 : 0);
-        }
-        if (factor != 0.0)
-            terms[nsdf_block_term(power[0], power[1], power[2])] += factor;
-    }
-}
+ * weight (1 - |u|^2)^2.  Coefficients are stored in the order of the terms (nsdf_block_term), so that each is its own
+ * monomial's, and some of them add to a lower one. */
+static const struct {
+    uint8_t from, to;
+    double factor;
+} lower_terms[] = {{4, 0, -1.0 / 9.0},   {7, 0, -1.0 / 9.0},  {9, 0, -1.0 / 9.0},  {10, 1, -3.0 / 11.0},
+                   {11, 2, -1.0 / 9.0},  {12, 3, -1.0 / 9.0}, {13, 1, -1.0 / 9.0}, {15, 1, -1.0 / 9.0},
+                   {16, 2, -3.0 / 11.0}, {17, 3, -1.0 / 9.0}, {18, 2, -1.0 / 9.0}, {19, 3, -3.0 / 11.0}};
+
+enum { LOWER_TERMS = sizeof lower_terms / sizeof *lower_terms };
 
 /* The coefficients of each degree at one time. */
 typedef struct {
@@ -66,20 +63,27 @@ static void blend_coefficients(const nsdf_blocks *b, double u, coefficients_at *
     }
 }
 
-/* Terms of a degree are stored with a, then b, descending. */
-static void make_terms(const nsdf_blocks *b, const coefficients_at *at, uint32_t k, float out[NSDF_BLOCK_TERMS]) {
-    double terms[NSDF_BLOCK_TERMS] = {0.0};
-    for (uint32_t d = 0; d <= b->desc->degree; d++) {
-        double row[(NSDF_MAX_DEGREE + 1) * (NSDF_MAX_DEGREE + 2) / 2], *c = row;
-        nsdf_blend_row(&at->of[d], k, row);
-        for (uint32_t rest = 0; rest <= d; rest++)
-            for (uint32_t z = 0; z <= rest; z++) {
-                const uint32_t degree[3] = {d - rest, rest - z, z};
-                add_product(degree, *c++, terms);
-            }
+/* Of as many blocks as a group has at most, together. */
+static void make_terms(const nsdf_blocks *b, const coefficients_at *at, uint32_t first, uint32_t count) {
+    double terms[NSDF_BLOCK_GROUP][NSDF_BLOCK_TERMS] = {{0.0}}, rows[NSDF_BLOCK_GROUP * NSDF_BLOCK_TERMS];
+    const uint32_t degree = b->desc->degree;
+    for (uint32_t d = 0; d <= degree; d++) {
+        const uint32_t begin = nsdf_block_term(d, 0, 0), cols = at->of[d].cols;
+        nsdf_blend_rows(&at->of[d], first, count, rows);
+        for (uint32_t k = 0; k < count; k++)
+            memcpy(terms[k] + begin, rows + (size_t)k * cols, cols * sizeof **terms);
     }
-    for (int i = 0; i < NSDF_BLOCK_TERMS; i++)
-        out[i] = (float)terms[i];
+    for (uint32_t k = 0; k < count; k++) {
+        for (uint32_t i = 0; i < LOWER_TERMS; i++)
+            terms[k][lower_terms[i].to] += terms[k][lower_terms[i].from] * lower_terms[i].factor;
+        for (uint32_t i = 0; i < NSDF_BLOCK_TERMS; i++)
+            b->blocks[first + k].terms[i] = (float)terms[k][i];
+    }
+}
+
+static uint32_t group_size(const nsdf_blocks *b, uint32_t group) {
+    const uint32_t left = b->desc->block_count - group * NSDF_BLOCK_GROUP;
+    return left < NSDF_BLOCK_GROUP ? left : NSDF_BLOCK_GROUP;
 }
 
 void nsdf_blocks_init(nsdf_blocks *blocks, const nsdf_blocks_desc *desc, const float *values, void *storage) {
@@ -102,8 +106,9 @@ void nsdf_blocks_init(nsdf_blocks *blocks, const nsdf_blocks_desc *desc, const f
         blocks->moving |= desc->list.tensors[NSDF_BLOCK_COEFFICIENTS + d].kind != NSDF_TENSOR_CONSTANT;
     coefficients_at at;
     blend_coefficients(blocks, 0.0, &at);
-    for (uint32_t i = 0; i < desc->block_count; i++)
-        make_terms(blocks, &at, i, blocks->blocks[i].terms);
+    for (uint32_t g = 0; g < groups; g++)
+        make_terms(blocks, &at, g * NSDF_BLOCK_GROUP, group_size(blocks, g));
+    nsdf_blocks_clear_groups(blocks);
 }
 
 /* ---- One time ---------------------------------------------------------------------------------------------- */
@@ -122,23 +127,27 @@ static void compose_bones(nsdf_blocks *b, double u) {
     }
 }
 
+/* Everything that a time has in common for all blocks, and their parameters. */
+typedef struct block_moment {
+    nsdf_blocks *blocks;
+    double u;
+    const float *centres, *radii, *lives, *bones, *weights, *anchors;
+    coefficients_at coefficients; /* where they move */
+} block_moment;
+
 /* Linear blend of the bones: pose[3][4] maps x - centre at rest to the position at this time. */
-static void blend_pose(const nsdf_blocks *b, uint32_t k, double pose[12]) {
-    const nsdf_blocks_desc *desc = b->desc;
-    const float *centre = b->values + nsdf_block_offset(desc, NSDF_BLOCK_CENTRES) + 3 * (size_t)k;
-    const float *anchors = b->values + nsdf_block_offset(desc, NSDF_BLOCK_ANCHORS);
-    const size_t at = (size_t)k * desc->influences;
-    const float *bones = b->values + nsdf_block_offset(desc, NSDF_BLOCK_BONES) + at;
-    const float *weights = b->values + nsdf_block_offset(desc, NSDF_BLOCK_WEIGHTS) + at;
+static void blend_pose(const block_moment *m, uint32_t k, double pose[12]) {
+    const uint32_t influences = m->blocks->desc->influences;
+    const float *centre = m->centres + 3 * (size_t)k;
     memset(pose, 0, 12 * sizeof *pose);
-    for (uint32_t i = 0; i < desc->influences; i++) {
-        const size_t number = (size_t)bones[i];
-        const double *bone = b->bones + 12 * number, w = (double)weights[i];
+    for (size_t at = (size_t)k * influences, end = at + influences; at < end; at++) {
+        const size_t number = (size_t)m->bones[at];
+        const double *bone = m->blocks->bones + 12 * number, w = (double)m->weights[at];
         for (int row = 0; row < 3; row++) {
             double moved = bone[4 * row + 3];
             for (int axis = 0; axis < 3; axis++) {
                 pose[4 * row + axis] += w * bone[4 * row + axis];
-                moved += bone[4 * row + axis] * ((double)centre[axis] - (double)anchors[4 * number + (size_t)axis]);
+                moved += bone[4 * row + axis] * ((double)centre[axis] - (double)m->anchors[4 * number + (size_t)axis]);
             }
             pose[4 * row + 3] += w * moved;
         }
@@ -218,29 +227,57 @@ static void place_block(nsdf_blocks *blocks, uint32_t k, const double pose[12]) 
     nsdf_blocks_set_place(blocks, k, centre, dipole, reach_of(pose, (double)block->radius), box);
 }
 
-void nsdf_blocks_compose(nsdf_blocks *blocks, double u) {
+static void compose_block(const block_moment *m, uint32_t k) {
+    nsdf_blocks *b = m->blocks;
+    nsdf_block *block = &b->blocks[k];
+    double pose[12];
+    block->life = (float)life_at(m->lives + 2 * (size_t)k, (double)b->desc->fade, m->u);
+    block->radius = 0.0f;
+    if (block->life > 0.0f) {
+        blend_pose(m, k, pose);
+        if (invert_pose(pose, (double)m->radii[k], block->map))
+            block->radius = m->radii[k];
+    }
+    if (block->radius > 0.0f)
+        place_block(b, k, pose);
+    else
+        nsdf_blocks_remove_place(b, k);
+}
+
+enum { GROUPS_PER_TASK = 4 };
+
+/* Groups that no other task writes to. */
+static void compose_groups(void *data, uint32_t task, uint32_t worker) {
+    const block_moment *m = data;
+    const uint32_t groups = nsdf_block_groups(m->blocks->desc->block_count), first = task * GROUPS_PER_TASK;
+    (void)worker;
+    for (uint32_t g = first; g < first + GROUPS_PER_TASK && g < groups; g++) {
+        const uint32_t begin = g * NSDF_BLOCK_GROUP, count = group_size(m->blocks, g);
+        if (m->blocks->moving)
+            make_terms(m->blocks, &m->coefficients, begin, count);
+        for (uint32_t k = begin; k < begin + count; k++)
+            compose_block(m, k);
+        nsdf_blocks_bound_group(m->blocks, g);
+    }
+}
+
+void nsdf_blocks_compose(nsdf_blocks *blocks, double u, nsdf_tasks *tasks) {
     const nsdf_blocks_desc *desc = blocks->desc;
-    const float *lives = blocks->values + nsdf_block_offset(desc, NSDF_BLOCK_LIVES);
-    const float *radii = blocks->values + nsdf_block_offset(desc, NSDF_BLOCK_RADII);
-    coefficients_at at;
+    const uint32_t groups = nsdf_block_groups(desc->block_count);
+    const uint32_t count = (groups + GROUPS_PER_TASK - 1) / GROUPS_PER_TASK;
+    block_moment m = {.blocks = blocks,
+                      .u = u,
+                      .centres = blocks->values + nsdf_block_offset(desc, NSDF_BLOCK_CENTRES),
+                      .radii = blocks->values + nsdf_block_offset(desc, NSDF_BLOCK_RADII),
+                      .lives = blocks->values + nsdf_block_offset(desc, NSDF_BLOCK_LIVES),
+                      .bones = blocks->values + nsdf_block_offset(desc, NSDF_BLOCK_BONES),
+                      .weights = blocks->values + nsdf_block_offset(desc, NSDF_BLOCK_WEIGHTS),
+                      .anchors = blocks->values + nsdf_block_offset(desc, NSDF_BLOCK_ANCHORS)};
     compose_bones(blocks, u);
     if (blocks->moving)
-        blend_coefficients(blocks, u, &at);
-    for (uint32_t k = 0; k < desc->block_count; k++) {
-        nsdf_block *block = &blocks->blocks[k];
-        double pose[12];
-        block->life = (float)life_at(lives + 2 * (size_t)k, (double)desc->fade, u);
-        block->radius = 0.0f;
-        nsdf_blocks_remove_place(blocks, k);
-        if (!(block->life > 0.0f))
-            continue;
-        blend_pose(blocks, k, pose);
-        if (!invert_pose(pose, (double)radii[k], block->map))
-            continue;
-        block->radius = radii[k];
-        if (blocks->moving)
-            make_terms(blocks, &at, k, block->terms);
-        place_block(blocks, k, pose);
-    }
-    nsdf_blocks_bound_groups(blocks);
+        blend_coefficients(blocks, u, &m.coefficients);
+    if (tasks)
+        nsdf_tasks_run(tasks, count, compose_groups, &m);
+    for (uint32_t i = 0; !tasks && i < count; i++)
+        compose_groups(&m, i, 0);
 }

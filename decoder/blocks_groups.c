@@ -54,19 +54,29 @@ static void box_group(const nsdf_block_boxes *blocks, nsdf_block_boxes *out, uin
     }
 }
 
-void nsdf_blocks_bound_groups(nsdf_blocks *b) {
+void nsdf_blocks_bound_group(nsdf_blocks *b, uint32_t group) {
+    const uint32_t lane = group % NSDF_BLOCK_GROUP;
+    nsdf_group_balls *set = &b->balls[group / NSDF_BLOCK_GROUP];
+    float ball[4];
+    bound_group(&b->groups[group], ball);
+    for (int axis = 0; axis < 3; axis++)
+        set->middle[axis][lane] = ball[axis];
+    set->radius[lane] = ball[3];
+    box_group(&b->boxes[group], &b->group_boxes[group / NSDF_BLOCK_GROUP], lane);
+}
+
+void nsdf_blocks_clear_groups(nsdf_blocks *b) {
     const uint32_t groups = nsdf_block_groups(b->desc->block_count), sets = nsdf_block_groups(groups);
-    for (uint32_t k = b->desc->block_count; k < groups * NSDF_BLOCK_GROUP; k++)
+    for (uint32_t k = 0; k < groups * NSDF_BLOCK_GROUP; k++)
         nsdf_blocks_remove_place(b, k);
     for (uint32_t i = 0; i < sets * NSDF_BLOCK_GROUP; i++) {
         nsdf_group_balls *set = &b->balls[i / NSDF_BLOCK_GROUP];
-        float ball[4] = {NOWHERE, NOWHERE, NOWHERE, 0.0f};
-        if (i < groups)
-            bound_group(&b->groups[i], ball);
-        for (int axis = 0; axis < 3; axis++)
-            set->middle[axis][i % NSDF_BLOCK_GROUP] = ball[axis];
-        set->radius[i % NSDF_BLOCK_GROUP] = ball[3];
-        /* beyond the last group its own box again: such lanes are not asked */
-        box_group(&b->boxes[i < groups ? i : groups - 1], &b->group_boxes[i / NSDF_BLOCK_GROUP], i % NSDF_BLOCK_GROUP);
+        nsdf_block_boxes *boxes = &b->group_boxes[i / NSDF_BLOCK_GROUP];
+        for (int axis = 0; axis < 3; axis++) {
+            set->middle[axis][i % NSDF_BLOCK_GROUP] = NOWHERE;
+            boxes->low[axis][i % NSDF_BLOCK_GROUP] = NOWHERE;
+            boxes->high[axis][i % NSDF_BLOCK_GROUP] = -NOWHERE;
+        }
+        set->radius[i % NSDF_BLOCK_GROUP] = 0.0f;
     }
 }

@@ -49,13 +49,13 @@ void nsdf_blend_tensor(nsdf_blend *blend, const nsdf_tensor_desc *tensor, const 
         add_plane(blend, values, 1.0);
 }
 
-void nsdf_blend_row(const nsdf_blend *blend, uint32_t row, double *out) {
-    const size_t at = (size_t)row * blend->cols;
-    for (uint32_t i = 0; i < blend->cols; i++)
+void nsdf_blend_rows(const nsdf_blend *blend, uint32_t first, uint32_t count, double *out) {
+    const size_t at = (size_t)first * blend->cols, size = (size_t)count * blend->cols;
+    for (size_t i = 0; i < size; i++)
         out[i] = 0.0;
     for (uint32_t k = 0; k < blend->count; k++) {
         const float *plane = blend->planes[k] + at;
-        for (uint32_t i = 0; i < blend->cols; i++)
+        for (size_t i = 0; i < size; i++)
             out[i] += blend->weights[k] * (double)plane[i];
     }
 }

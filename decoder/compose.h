@@ -13,8 +13,11 @@ typedef struct nsdf_blend {
 
 /* values: the tensor's parameters, its arrays in the order of the file.  u in [0, 1] over the segment. */
 void nsdf_blend_tensor(nsdf_blend *blend, const nsdf_tensor_desc *tensor, const float *values, double u);
-/* The sum's row in double, `cols` numbers. */
-void nsdf_blend_row(const nsdf_blend *blend, uint32_t row, double *out);
+/* `count` rows of the sum in double, `cols` numbers each. */
+void nsdf_blend_rows(const nsdf_blend *blend, uint32_t first, uint32_t count, double *out);
+static inline void nsdf_blend_row(const nsdf_blend *blend, uint32_t row, double *out) {
+    nsdf_blend_rows(blend, row, 1, out);
+}
 
 /* Parameters of one tensor: how far it is to the next one's values. */
 uint64_t nsdf_tensor_size(const nsdf_tensor_desc *tensor);

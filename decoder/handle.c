@@ -86,7 +86,7 @@ nsdf_status nsdf_handle_prepare(nsdf_decoder *decoder, double t) {
         decoder->field.segments[k] = segments[k];
         decoder->field.share[k] = (float)place.share[k];
         if (segments[k])
-            nsdf_segment_compose(segments[k], place.u[k]);
+            nsdf_segment_compose(segments[k], place.u[k], decoder->tasks);
     }
     const nsdf_index_entry *entries = &decoder->stream.entries[place.first];
     decoder->smallest_piece = entries[0].smallest_piece;

@@ -209,13 +209,13 @@ void nsdf_segment_free(nsdf_memory *memory, nsdf_segment *segment) {
     memset(segment, 0, sizeof *segment);
 }
 
-void nsdf_segment_compose(nsdf_segment *segment, double u) {
+void nsdf_segment_compose(nsdf_segment *segment, double u, nsdf_tasks *tasks) {
     if (segment->composed == u)
         return;
     for (uint32_t i = 0; i < segment->part_count; i++) {
         nsdf_segment_part *part = &segment->parts[i];
         if (part->kind == NSDF_PART_BLOCKS)
-            nsdf_blocks_compose(&part->at.blocks, u);
+            nsdf_blocks_compose(&part->at.blocks, u, tasks);
         else
             nsdf_network_compose(&part->at.network, &part->desc.network, part->values, u);
     }

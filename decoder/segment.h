@@ -38,8 +38,8 @@ nsdf_status nsdf_segment_load(const nsdf_stream *stream, uint32_t index, nsdf_me
                               nsdf_error *error);
 void nsdf_segment_free(nsdf_memory *memory, nsdf_segment *segment);
 
-/* Brings the networks to time u in [0, 1] over the segment. */
-void nsdf_segment_compose(nsdf_segment *segment, double u);
+/* Brings networks and blocks to time u in [0, 1] over the segment; `tasks` as for nsdf_blocks_compose. */
+void nsdf_segment_compose(nsdf_segment *segment, double u, nsdf_tasks *tasks);
 /* Floats of scratch memory that a worker needs for a tile. */
 uint64_t nsdf_segment_scratch(const nsdf_segment *segment);
 

@@ -67,7 +67,7 @@ static void test_polynomials_are_those_of_the_decoder(void **state) {
     nsdf_blocks_init(&blocks, &m->desc, m->values, (char *)storage + (64 - (uintptr_t)storage % 64));
     for (int time = 0; time <= 10; time++) {
         nsdf_block_frame_compose(&x.frame, m, m->values, 0.1 * time);
-        nsdf_blocks_compose(&blocks, 0.1 * time);
+        nsdf_blocks_compose(&blocks, 0.1 * time, NULL);
         for (uint32_t k = 0; k < m->desc.block_count; k++)
             for (uint32_t i = 0; i < m->terms; i++)
                 assert_true(fabsf(blocks.blocks[k].terms[i] - x.frame.terms[k][i]) < 1e-6f);

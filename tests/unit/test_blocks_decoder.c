@@ -92,7 +92,7 @@ static void compare_at(const sample_blocks *s, const nsdf_blocks *b, double t, c
 static void compare_everywhere(const sample_blocks *s, uint64_t random, tally *n) {
     opened o = open_blocks(s);
     for (int time = 0; time < 5; time++) {
-        nsdf_blocks_compose(&o.blocks, 0.25 * time);
+        nsdf_blocks_compose(&o.blocks, 0.25 * time, NULL);
         for (int point = 0; point < 80; point++) {
             const float x[3] = {sample_between(&random, -0.35, 0.35), sample_between(&random, -0.35, 0.35),
                                 sample_between(&random, -0.35, 0.35)};
@@ -130,7 +130,7 @@ static void test_values_are_added_in_strided_rows(void **state) {
         slope[i] = 2.0f;
         value[i % STRIDE] = 1.0f;
     }
-    nsdf_blocks_compose(&o.blocks, 0.3);
+    nsdf_blocks_compose(&o.blocks, 0.3, NULL);
     nsdf_blocks_evaluate(&o.blocks, nsdf_block_kernels_c(), COUNT, STRIDE, xyz, value, slope);
     for (int i = 0; i < STRIDE; i++) {
         const float one[3] = {xyz[i], xyz[STRIDE + i], xyz[2 * STRIDE + i]};
@@ -160,7 +160,7 @@ static void test_terms_stand_by_degree_then_falling_powers(void **state) {
 /* Two balls in one place, constant 1 and 3: their mean tells the second one's life. */
 static void assert_life(const sample_blocks *s, double u, double life) {
     opened o = open_blocks(s);
-    nsdf_blocks_compose(&o.blocks, u);
+    nsdf_blocks_compose(&o.blocks, u, NULL);
     assert_true(fabs((double)value_at(&o.blocks, 0.01f, 0.02f, 0.03f) - (1.0 + 3.0 * life) / (1.0 + life)) < 1e-6);
     free(o.storage);
 }
@@ -210,7 +210,7 @@ static void test_a_pose_without_inverse_takes_its_block_away(void **state) {
     for (int i = 0; i < 24; i++)
         poses[i] = 0.0f;
     opened o = open_blocks(&s);
-    nsdf_blocks_compose(&o.blocks, 0.5);
+    nsdf_blocks_compose(&o.blocks, 0.5, NULL);
     assert_true(value_at(&o.blocks, 0.0f, 0.0f, 0.0f) == 64.0f);
     free(o.storage);
     sample_free(&s);
@@ -232,7 +232,7 @@ static void test_far_from_all_balls_the_nearest_centre_counts(void **state) {
     sample_tensor_values(&s, NSDF_BLOCK_RADII)[1] = 0.0625f;
     sample_tensor_values(&s, NSDF_BLOCK_BONES)[1] = 1.0f;
     opened o = open_blocks(&s);
-    nsdf_blocks_compose(&o.blocks, 0.0);
+    nsdf_blocks_compose(&o.blocks, 0.0, NULL);
     assert_far(&o.blocks, (float[3]){-0.0625f, 0.0f, 0.0f}, 0.1875 - 0.0625, 1.0);
     assert_far(&o.blocks, (float[3]){0.0625f, 0.0f, 0.0f}, 0.1875 - 0.03125, -1.0);
     assert_far(&o.blocks, (float[3]){0.0f, 0.0f, 0.0f}, 0.25 - 0.0625, 1.0); /* equally near: the first */
@@ -241,7 +241,7 @@ static void test_far_from_all_balls_the_nearest_centre_counts(void **state) {
     assert_true(value_at(&o.blocks, 1e30f, 0.0f, 0.0f) == 64.0f);
     for (int i = 0; i < 11; i++)
         poses[12 + i] *= 0.25f; /* the second ball ends at a quarter of its radius, half way to the first one's place */
-    nsdf_blocks_compose(&o.blocks, 0.0);
+    nsdf_blocks_compose(&o.blocks, 0.0, NULL);
     const float x = 0.0625f + 0.02f; /* its centre moves to 0.0625 */
     assert_far(&o.blocks, (float[3]){x, 0.0f, 0.0f}, 0.015625, 0.0);
     assert_far(&o.blocks, (float[3]){x + 0.04f, 0.0f, 0.0f}, 0.06 - 0.03125, 1.0);
@@ -256,21 +256,21 @@ static void test_blocks_around_a_point_make_it_negative(void **state) {
     const double size = sample_shell_radius * (1.0 - 0.5 * sqrt(0.2));
     (void)state;
     opened o = open_blocks(&s);
-    nsdf_blocks_compose(&o.blocks, 0.5);
+    nsdf_blocks_compose(&o.blocks, 0.5, NULL);
     assert_true(fabs((double)value_at(&o.blocks, 0.0f, 0.0f, 0.0f) + size) < 1e-6);
     assert_true(value_at(&o.blocks, 0.4f, 0.0f, 0.0f) > 0.0f);
     for (size_t k = 0; k < 100; k++)
         life[2 * k] = 0.25f;
     s.desc.fade = 0.5f; /* they all are half there: one half in all, but for rounding */
-    nsdf_blocks_compose(&o.blocks, 0.48);
+    nsdf_blocks_compose(&o.blocks, 0.48, NULL);
     assert_true(value_at(&o.blocks, 0.0f, 0.0f, 0.0f) > 0.0f);
-    nsdf_blocks_compose(&o.blocks, 0.52);
+    nsdf_blocks_compose(&o.blocks, 0.52, NULL);
     assert_true(value_at(&o.blocks, 0.0f, 0.0f, 0.0f) < 0.0f);
     free(o.storage);
     for (size_t i = 0; i < 300; i++)
         slope[i] = 0.0f; /* without a direction they stand for nothing */
     o = open_blocks(&s);
-    nsdf_blocks_compose(&o.blocks, 1.0);
+    nsdf_blocks_compose(&o.blocks, 1.0, NULL);
     assert_true(fabs((double)value_at(&o.blocks, 0.0f, 0.0f, 0.0f) - size) < 1e-6);
     free(o.storage);
     sample_free(&s);
@@ -336,7 +336,7 @@ static void assert_tables_agree(const sample_blocks *s) {
     uint64_t random = 3;
     for (int round = 0; round < 48; round++) {
         float xyz[TILE_FLOATS];
-        nsdf_blocks_compose(&o.blocks, round / 47.0);
+        nsdf_blocks_compose(&o.blocks, round / 47.0, NULL);
         make_tile(&random, reaches[round % 4], xyz);
         const tile_result expected = evaluate_tile(&o.blocks, t.list[0], xyz);
         for (int i = 0; i < t.count; i++) {
@@ -463,7 +463,7 @@ static void test_searches_by_groups_leave_nothing_out(void **state) {
         for (int round = 0; round < 30; round++) {
             const float size = round % 3 == 0 ? 0.02f : round % 3 == 1 ? 0.3f : 3.0f;
             float x[3][NSDF_TILE], point[3];
-            nsdf_blocks_compose(&o.blocks, round / 29.0);
+            nsdf_blocks_compose(&o.blocks, round / 29.0, NULL);
             for (int axis = 0; axis < 3; axis++) {
                 point[axis] = (float)sample_between(&random, -0.6, 0.6);
                 for (int p = 0; p < NSDF_TILE; p++)
@@ -489,7 +489,7 @@ static void test_tables_agree_about_winding_numbers_of_a_half(void **state) {
     const uint32_t groups = nsdf_block_groups(o.blocks.desc->block_count);
     uint64_t random = 11;
     (void)state;
-    nsdf_blocks_compose(&o.blocks, 0.0);
+    nsdf_blocks_compose(&o.blocks, 0.0, NULL);
     for (int way = 0; way < 100; way++) {
         float in[3] = {0.0f, 0.0f, 0.0f}, out[3], middle[3];
         for (int axis = 0; axis < 3; axis++)
@@ -541,7 +541,7 @@ static void test_measures_are_values_without_the_sign_outside(void **state) {
         opened o = open_blocks(&samples[i]);
         for (int round = 0; round < 20; round++) {
             float xyz[TILE_FLOATS];
-            nsdf_blocks_compose(&o.blocks, round / 19.0);
+            nsdf_blocks_compose(&o.blocks, round / 19.0, NULL);
             make_tile(&random, round % 2 ? 0.05 : 0.4, xyz);
             assert_measure(&samples[i], &o.blocks, round / 19.0, xyz, round % 3 ? 1.0f : 0.01f, &n);
         }
@@ -594,7 +594,7 @@ static void mesh_blocks(bench *b, const sample_blocks *s, float bound) {
     const tables t = find_tables();
     nsdf_segment_part part = {.kind = NSDF_PART_BLOCKS};
     const nsdf_segment segment = {.part_count = 1, .parts = &part};
-    nsdf_blocks_compose(&o.blocks, 0.5);
+    nsdf_blocks_compose(&o.blocks, 0.5, NULL);
     part.at.blocks = o.blocks;
     for (int i = 0; i < t.count; i++) {
         nsdf_segment_field field = {.segments = {&segment}, .share = {1.0f}, .block_kernels = t.list[i]};
@@ -640,7 +640,7 @@ static void test_all_balls_count_where_they_are_too_many_to_list(void **state) {
     }
     opened o = open_blocks(&s);
     for (int time = 0; time < 3; time++) {
-        nsdf_blocks_compose(&o.blocks, 0.5 * time);
+        nsdf_blocks_compose(&o.blocks, 0.5 * time, NULL);
         assert_true(fabs((double)value_at(&o.blocks, 0.4f, -0.4f, 0.1f) - mean) < 1e-5);
     }
     free(o.storage);
@@ -662,7 +662,7 @@ static void test_extreme_numbers_do_no_harm(void **state) {
             for (int i = 0; i < 20; i++) {
                 const float x[3] = {sample_between(&random, -0.5, 0.5), 0.0f, extremes[make_random(&random) % 8]};
                 float value = 0.0f, slope[3] = {0.0f, 0.0f, 0.0f};
-                nsdf_blocks_compose(&o.blocks, 0.25 * (i % 5));
+                nsdf_blocks_compose(&o.blocks, 0.25 * (i % 5), NULL);
                 nsdf_blocks_evaluate(&o.blocks, nsdf_block_kernels_c(), 1, 1, x, &value, slope);
             }
             free(o.storage);
