@@ -27,13 +27,32 @@ static void rank_edges(nsdf_brick *brick) {
     brick->vertex_count = count;
 }
 
+/* Which of the 9^3 corners around the cells of a brick are negative, as rows of bits along x: [z][y]. */
+typedef struct corner_rows {
+    uint16_t negative[9][9];
+} corner_rows;
+
+static void gather_corners(const nsdf_mesher *mesher, const uint32_t neighbours[8], corner_rows *rows) {
+    static const uint64_t no_bits[8];
+    const uint64_t *negative[8];
+    for (int i = 0; i < 8; i++)
+        negative[i] = neighbours[i] == NSDF_NO_BRICK ? no_bits : nsdf_grid_brick(mesher, neighbours[i])->negative;
+    for (int z = 0; z < 9; z++) {
+        const uint64_t *const *layer = negative + (z >> 3 << 2);
+        const uint64_t low = layer[0][z & 7], high = layer[1][z & 7];
+        for (int y = 0; y < 8; y++)
+            rows->negative[z][y] = (uint16_t)((low >> 8 * y & 0xff) | (high >> 8 * y & 1) << 8);
+        rows->negative[z][8] = (uint16_t)((layer[2][z & 7] & 0xff) | (layer[3][z & 7] & 1) << 8);
+    }
+}
+
 /* Bit c of the case is corner c; mesher_tables.h. */
-static uint32_t case_of_cell(const nsdf_corner_rows *rows, uint32_t x, uint32_t y, uint32_t z) {
+static uint32_t case_of_cell(const corner_rows *rows, uint32_t x, uint32_t y, uint32_t z) {
     return (rows->negative[z][y] >> x & 3u) | (rows->negative[z][y + 1] >> x & 3u) << 2 |
            (rows->negative[z + 1][y] >> x & 3u) << 4 | (rows->negative[z + 1][y + 1] >> x & 3u) << 6;
 }
 
-static void count_triangles(nsdf_brick *brick, const nsdf_corner_rows *rows) {
+static void count_triangles(nsdf_brick *brick, const corner_rows *rows) {
     brick->triangle_count = 0;
     for (uint32_t z = 0; z < 8; z++) {
         for (uint64_t bits = brick->crossed[z]; bits; bits &= bits - 1) {
@@ -50,13 +69,13 @@ static void count_bricks(void *data, uint32_t task, uint32_t worker) {
     (void)worker;
     for (uint32_t i = first; i < first + count; i++) {
         uint32_t neighbours[8];
-        nsdf_corner_rows rows;
+        corner_rows rows;
         if (!is_crossed(nsdf_grid_brick(mesher, i))) {
             nsdf_grid_brick(mesher, i)->vertex_count = nsdf_grid_brick(mesher, i)->triangle_count = 0;
             continue;
         }
         nsdf_grid_neighbours(mesher, i, neighbours);
-        nsdf_gather_corners(mesher, neighbours, &rows);
+        gather_corners(mesher, neighbours, &rows);
         rank_edges(nsdf_grid_brick(mesher, i));
         count_triangles(nsdf_grid_brick(mesher, i), &rows);
     }
@@ -196,8 +215,8 @@ static void add_neighbour(const nsdf_brick *owner, uint32_t neighbour, edge_vert
 }
 
 /* The triangles of the cell at x, y, z of a brick. */
-static uint32_t *add_cell(const edge_vertices *vertices, const nsdf_corner_rows *rows, uint32_t x, uint32_t y,
-                          uint32_t z, uint32_t *indices) {
+static uint32_t *add_cell(const edge_vertices *vertices, const corner_rows *rows, uint32_t x, uint32_t y, uint32_t z,
+                          uint32_t *indices) {
     static const uint16_t slot[12] = {0,
                                       EDGE_ROW,
                                       EDGE_SLICE,
@@ -221,14 +240,14 @@ static uint32_t *add_cell(const edge_vertices *vertices, const nsdf_corner_rows 
 static void fill_brick(const nsdf_mesher *mesher, uint32_t index) {
     const nsdf_brick *brick = nsdf_grid_brick(mesher, index);
     uint32_t neighbours[8];
-    nsdf_corner_rows rows;
+    corner_rows rows;
     edge_vertices vertices;
     nsdf_grid_neighbours(mesher, index, neighbours);
     place_vertices(mesher, neighbours, &vertices);
     for (uint32_t i = 1; i < 7; i++)
         if (neighbours[i] != NSDF_NO_BRICK)
             add_neighbour(nsdf_grid_brick(mesher, neighbours[i]), i, &vertices);
-    nsdf_gather_corners(mesher, neighbours, &rows);
+    gather_corners(mesher, neighbours, &rows);
     uint32_t *indices = mesher->storage->indices + 3 * (size_t)brick->first_triangle;
     for (uint32_t z = 0; z < 8; z++) {
         for (uint64_t bits = brick->crossed[z]; bits; bits &= bits - 1) {

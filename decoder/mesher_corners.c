@@ -9,72 +9,91 @@ static const uint64_t no_bits[8];
 
 /* ---- Looking ----------------------------------------------------------------------------------------------- */
 
-void nsdf_gather_corners(const nsdf_mesher *mesher, const uint32_t neighbours[8], nsdf_corner_rows *rows) {
+/* The signs of a brick's corners, and of those of its upper neighbours, number dx + 2 dy + 4 dz. */
+typedef struct corner_signs {
     const uint64_t *known[8], *negative[8];
+} corner_signs;
+
+static corner_signs signs_of(const nsdf_mesher *mesher, const uint32_t neighbours[8]) {
+    corner_signs signs;
     for (int i = 0; i < 8; i++) {
         const nsdf_brick *brick = neighbours[i] == NSDF_NO_BRICK ? NULL : nsdf_grid_brick(mesher, neighbours[i]);
-        known[i] = brick ? brick->known : no_bits;
-        negative[i] = brick ? brick->negative : no_bits;
+        signs.known[i] = brick ? brick->known : no_bits;
+        signs.negative[i] = brick ? brick->negative : no_bits;
     }
-    for (int z = 0; z < 9; z++) {
-        for (int y = 0; y < 9; y++) {
-            const int i = 2 * (y >> 3) + 4 * (z >> 3), shift = 8 * (y & 7);
-            rows->known[z][y] = (uint16_t)((known[i][z & 7] >> shift & 0xff) | (known[i + 1][z & 7] >> shift & 1) << 8);
-            rows->negative[z][y] =
-                (uint16_t)((negative[i][z & 7] >> shift & 0xff) | (negative[i + 1][z & 7] >> shift & 1) << 8);
-        }
+    return signs;
+}
+
+/* Corners of z = 0 to 8 with the wanted sign, in the brick and its three neighbours in that z. */
+static void corners_of_sign(const corner_signs *signs, int inside, uint32_t z, uint64_t sets[4]) {
+    for (uint32_t i = 0, above = z >> 3 << 2; i < 4; i++) {
+        const uint64_t negative = signs->negative[i + above][z & 7];
+        sets[i] = inside ? negative : signs->known[i + above][z & 7] & ~negative;
     }
 }
 
-void nsdf_mixed_cells(const nsdf_corner_rows *rows, uint64_t cells[8]) {
-    uint32_t inside[9][9], outside[9][9]; /* pairs of corners along x with one inside, with one outside */
-    for (int z = 0; z < 9; z++) {
-        for (int y = 0; y < 9; y++) {
-            const uint32_t in = rows->negative[z][y], out = rows->known[z][y] & ~in;
-            inside[z][y] = in | in >> 1;
-            outside[z][y] = out | out >> 1;
-        }
-    }
-    for (int z = 0; z < 8; z++) {
-        cells[z] = 0;
-        for (int y = 0; y < 8; y++) {
-            const uint32_t in = inside[z][y] | inside[z][y + 1] | inside[z + 1][y] | inside[z + 1][y + 1];
-            const uint32_t out = outside[z][y] | outside[z][y + 1] | outside[z + 1][y] | outside[z + 1][y + 1];
-            cells[z] |= (uint64_t)(in & out & 0xff) << 8 * y;
-        }
+/* Sets of one z moved down by one along x, or y; what comes from the brick above along that axis is in `upper`. */
+static uint64_t ahead_x(uint64_t set, uint64_t upper) {
+    return (set >> 1 & ~NSDF_COLUMN_7) | (upper << 7 & NSDF_COLUMN_7);
+}
+
+static uint64_t ahead_y(uint64_t set, uint64_t upper) {
+    return set >> 8 | upper << 56;
+}
+
+/* Cells that have a corner of that sign in the layer of corners of one z, at their upper or lower side. */
+static uint64_t cells_at(const corner_signs *signs, int inside, uint32_t z) {
+    uint64_t sets[4];
+    corners_of_sign(signs, inside, z, sets);
+    const uint64_t row = sets[0] | ahead_x(sets[0], sets[1]);
+    return row | ahead_y(row, sets[2] | ahead_x(sets[2], sets[3]));
+}
+
+/* Cells that have both a negative and another known corner. */
+static void find_mixed_cells(const corner_signs *signs, uint64_t cells[8]) {
+    uint64_t in = cells_at(signs, 1, 0), out = cells_at(signs, 0, 0);
+    for (uint32_t z = 0; z < 8; z++) {
+        const uint64_t next_in = cells_at(signs, 1, z + 1), next_out = cells_at(signs, 0, z + 1);
+        cells[z] = (in | next_in) & (out | next_out);
+        in = next_in;
+        out = next_out;
     }
 }
 
 /* Edges between known corners of different sign that start in the brick. */
-static void find_edges(nsdf_brick *brick, const nsdf_corner_rows *rows) {
-    for (int z = 0; z < 8; z++) {
-        uint64_t edges[3] = {0, 0, 0};
-        for (int y = 0; y < 8; y++) {
-            const uint32_t known = rows->known[z][y], negative = rows->negative[z][y];
-            const uint32_t x = (negative ^ negative >> 1) & known & known >> 1;
-            const uint32_t along_y = (negative ^ rows->negative[z][y + 1]) & known & rows->known[z][y + 1];
-            const uint32_t along_z = (negative ^ rows->negative[z + 1][y]) & known & rows->known[z + 1][y];
-            edges[0] |= (uint64_t)(x & 0xff) << 8 * y;
-            edges[1] |= (uint64_t)(along_y & 0xff) << 8 * y;
-            edges[2] |= (uint64_t)(along_z & 0xff) << 8 * y;
-        }
-        for (int a = 0; a < 3; a++)
-            brick->edges[a][z] = edges[a];
+static void find_edges(nsdf_brick *brick, const corner_signs *s) {
+    for (uint32_t z = 0; z < 8; z++) {
+        const uint64_t known = s->known[0][z], negative = s->negative[0][z];
+        const uint32_t above = z < 7 ? 0 : 4;
+        brick->edges[0][z] = (negative ^ ahead_x(negative, s->negative[1][z])) & known & ahead_x(known, s->known[1][z]);
+        brick->edges[1][z] = (negative ^ ahead_y(negative, s->negative[2][z])) & known & ahead_y(known, s->known[2][z]);
+        brick->edges[2][z] = (negative ^ s->negative[above][(z + 1) & 7]) & known & s->known[above][(z + 1) & 7];
     }
 }
 
-/* Whether both signs occur among the known corners with x = 0 (if bit 0 of `side` is set), y = 0 (bit 1), z = 0
- * (bit 2). */
-static int side_is_mixed(const nsdf_corner_rows *rows, uint32_t side) {
-    const uint32_t mask = side & 1 ? 1 : 0x1ff;
-    uint32_t in = 0, out = 0;
-    for (int z = 0; z < (side & 4 ? 1 : 9); z++) {
-        for (int y = 0; y < (side & 2 ? 1 : 9); y++) {
-            in |= rows->negative[z][y] & mask;
-            out |= rows->known[z][y] & ~rows->negative[z][y] & mask;
+/* Which sides of the brick have known corners of both signs, as bits: side number n is where x = 0 (if bit 0 of n is
+ * set), y = 0 (bit 1), z = 0 (bit 2), and the axes that are left go from 0 to 8. */
+static uint32_t find_mixed_sides(const corner_signs *signs) {
+    static const uint64_t parts[4] = {UINT64_MAX, 0x0101010101010101u, 0xff, 1};
+    uint64_t all[2][8], lowest[2][8];
+    uint32_t mixed = 0;
+    for (int i = 0; i < 8; i++) {
+        all[0][i] = all[1][i] = 0;
+        for (int z = 0; z < 8; z++) {
+            all[1][i] |= signs->negative[i][z];
+            all[0][i] |= signs->known[i][z] & ~signs->negative[i][z];
         }
+        lowest[1][i] = signs->negative[i][0];
+        lowest[0][i] = signs->known[i][0] & ~signs->negative[i][0];
     }
-    return in && out;
+    for (uint32_t side = 1; side < 7; side++) {
+        uint64_t found[2] = {0, 0};
+        for (uint32_t i = 0; i < 8; i++)
+            for (int sign = 0; !(i & side) && sign < 2; sign++)
+                found[sign] |= ((side | i) & 4 ? lowest : all)[sign][i] & parts[(side | i) & 3];
+        mixed |= (uint32_t)(found[0] && found[1]) << side;
+    }
+    return mixed;
 }
 
 /* Whether corners around its cells became known since the brick was looked at. */
@@ -90,22 +109,20 @@ static int is_changed(const nsdf_mesher *mesher, const uint32_t neighbours[8]) {
 static void look_at(const nsdf_mesher *mesher, uint32_t index) {
     nsdf_brick *brick = nsdf_grid_brick(mesher, index);
     uint32_t neighbours[8];
-    nsdf_corner_rows rows;
     uint64_t missing = 0;
     nsdf_grid_neighbours(mesher, index, neighbours);
     if (!is_changed(mesher, neighbours))
         return;
-    nsdf_gather_corners(mesher, neighbours, &rows);
-    nsdf_mixed_cells(&rows, brick->crossed);
-    find_edges(brick, &rows); /* each is one of a crossed cell of the brick */
+    const corner_signs signs = signs_of(mesher, neighbours);
+    find_mixed_cells(&signs, brick->crossed);
+    find_edges(brick, &signs); /* each is one of a crossed cell of the brick */
     for (int z = 0; z < 8; z++) {
         missing |= brick->crossed[z] & ~brick->cells[z];
         brick->cells[z] |= brick->crossed[z];
     }
     if (missing)
         brick->upper = nsdf_brick_upper(brick);
-    for (uint32_t side = 1; side < 7; side++)
-        brick->lower |= (uint8_t)(side_is_mixed(&rows, side) << side);
+    brick->lower |= (uint8_t)find_mixed_sides(&signs);
 }
 
 /* ---- Asking ------------------------------------------------------------------------------------------------ */

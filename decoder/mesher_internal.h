@@ -204,14 +204,6 @@ static inline uint64_t nsdf_step_y(uint64_t set, uint64_t lower) {
     return set << 8 | lower >> 56;
 }
 
-/* The 9^3 corners around the cells of a brick, as rows of bits along x: [z][y]. */
-typedef struct nsdf_corner_rows {
-    uint16_t known[9][9], negative[9][9];
-} nsdf_corner_rows;
-void nsdf_gather_corners(const nsdf_mesher *mesher, const uint32_t neighbours[8], nsdf_corner_rows *rows);
-/* Cells that have both a negative and another known corner. */
-void nsdf_mixed_cells(const nsdf_corner_rows *rows, uint64_t cells[8]);
-
 /* mesher_cells.c: vertices on the edges (normalised, in storage->positions) and the triangles. */
 nsdf_status nsdf_mesher_make_triangles(nsdf_mesher *mesher);
 
