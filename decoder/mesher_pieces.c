@@ -7,7 +7,7 @@
 
 typedef struct piece_box {
     float low[3], high[3];
-    uint32_t kept;
+    uint32_t kept; /* already as large as it has to be: its box does not go on growing */
 } piece_box;
 
 /* ---- Sets of vertices -------------------------------------------------------------------------------------- */
@@ -31,27 +31,35 @@ static void unite(uint32_t *parent, uint32_t a, uint32_t b) {
         parent[a] = b;
 }
 
+enum { TRIANGLES_BETWEEN_QUESTIONS = 1 << 15 };
+
 static nsdf_status unite_triangles(const nsdf_mesher *mesher, uint32_t *parent) {
     const nsdf_mesh_storage *storage = mesher->storage;
     nsdf_status status = NSDF_OK;
     for (uint32_t v = 0; v < storage->vertex_count; v++)
         parent[v] = v;
-    for (uint32_t i = 0; i < storage->triangle_count && status == NSDF_OK; i++) {
-        const uint32_t *t = storage->indices + 3 * (size_t)i;
-        unite(parent, t[0], t[1]);
-        unite(parent, t[0], t[2]);
-        status = nsdf_mesher_ask(mesher, i, 1 << 15);
+    for (uint32_t i = 0; i < storage->triangle_count && status == NSDF_OK;) {
+        const uint32_t end = i + nsdf_min_u32(storage->triangle_count - i, TRIANGLES_BETWEEN_QUESTIONS);
+        for (; i < end; i++) {
+            const uint32_t *t = storage->indices + 3 * (size_t)i;
+            unite(parent, t[0], t[1]);
+            unite(parent, t[0], t[2]);
+        }
+        status = nsdf_mesher_ask(mesher, 0, 1);
     }
     return status;
 }
 
 /* ---- Pieces ------------------------------------------------------------------------------------------------ */
 
-static void extend(piece_box *box, const float position[3]) {
+static void extend(piece_box *box, const float position[3], float least) {
+    float square = 0;
     for (int a = 0; a < 3; a++) {
         box->low[a] = position[a] < box->low[a] ? position[a] : box->low[a];
         box->high[a] = position[a] > box->high[a] ? position[a] : box->high[a];
+        square += (box->high[a] - box->low[a]) * (box->high[a] - box->low[a]);
     }
+    box->kept = square >= least * least;
 }
 
 /* Turns parents into numbers of pieces, and finds the pieces' boxes. */
@@ -68,28 +76,25 @@ static nsdf_status number_pieces(nsdf_mesher *mesher, uint32_t *piece, uint32_t 
             piece_box *box = (piece_box *)mesher->pieces.data + *count;
             memcpy(box->low, position, sizeof box->low);
             memcpy(box->high, position, sizeof box->high);
+            box->kept = 0;
             piece[v] = (*count)++;
         } else {
             piece[v] = piece[piece[v]]; /* the parent comes before v, and has its number */
-            extend((piece_box *)mesher->pieces.data + piece[v], position);
+            piece_box *box = (piece_box *)mesher->pieces.data + piece[v];
+            if (!box->kept)
+                extend(box, position, mesher->job->smallest_piece);
         }
     }
     return NSDF_OK;
 }
 
 /* Whether any piece is to be left out. */
-static int choose_pieces(nsdf_mesher *mesher, uint32_t count) {
-    piece_box *boxes = mesher->pieces.data;
-    const float least = mesher->job->smallest_piece;
-    int drops = 0;
-    for (uint32_t i = 0; i < count; i++) {
-        float square = 0;
-        for (int a = 0; a < 3; a++)
-            square += (boxes[i].high[a] - boxes[i].low[a]) * (boxes[i].high[a] - boxes[i].low[a]);
-        boxes[i].kept = square >= least * least;
-        drops |= !boxes[i].kept;
-    }
-    return drops;
+static int drops_pieces(const nsdf_mesher *mesher, uint32_t count) {
+    const piece_box *boxes = mesher->pieces.data;
+    for (uint32_t i = 0; i < count; i++)
+        if (!boxes[i].kept)
+            return 1;
+    return 0;
 }
 
 /* ---- Moving up --------------------------------------------------------------------------------------------- */
@@ -136,7 +141,7 @@ nsdf_status nsdf_mesher_drop_pieces(nsdf_mesher *mesher) {
     status = unite_triangles(mesher, links);
     if (status == NSDF_OK)
         status = number_pieces(mesher, links, &count);
-    if (status == NSDF_OK && choose_pieces(mesher, count)) {
+    if (status == NSDF_OK && drops_pieces(mesher, count)) {
         move_vertices(mesher, links);
         move_triangles(storage, links);
     }
