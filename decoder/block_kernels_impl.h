@@ -127,12 +127,13 @@ INLINE void place_in_ball(const nsdf_block *block, const lanes x[3], lane_places
 /* The balls that hold some of the points, half of those whose reach meets their box: found without a branch, which
  * nobody could foresee.  Returns how many. */
 INLINE uint32_t hold_points(const nsdf_block *blocks, const uint32_t *list, uint32_t count, const lanes x[3],
-                            uint32_t *held, lane_places *places) {
+                            uint32_t *held) {
     uint32_t n = 0;
     for (uint32_t i = 0; i < count; i++) {
-        place_in_ball(&blocks[list[i]], x, &places[n]);
+        lane_places at;
+        place_in_ball(&blocks[list[i]], x, &at);
         held[n] = list[i];
-        n += LANE_BITS(places[n].root > 0.0f) != 0;
+        n += LANE_BITS(at.root > 0.0f) != 0;
     }
     return n;
 }
@@ -159,28 +160,12 @@ INLINE void add_block(const nsdf_block *block, uint32_t degree, int slopes, cons
     }
 }
 
-/* As many balls at a time as leave room in the first cache. */
-enum { BALLS_AT_ONCE = 32 };
-
-INLINE void sum_slopes(const nsdf_block *blocks, const uint32_t *list, uint32_t count, uint32_t degree,
-                       const lanes x[3], lane_sums *sums) {
-    uint32_t held[BALLS_AT_ONCE];
-    lane_places places[BALLS_AT_ONCE];
-    for (uint32_t from = 0; from < count; from += BALLS_AT_ONCE) {
-        const uint32_t some = count - from < BALLS_AT_ONCE ? count - from : BALLS_AT_ONCE;
-        const uint32_t n = hold_points(blocks, list + from, some, x, held, places);
-        for (uint32_t i = 0; i < n; i++)
-            add_block(&blocks[held[i]], degree, 1, &places[i], sums);
-    }
-}
-
-/* Values are too quick to find out first which balls are worth it. */
-INLINE void sum_values(const nsdf_block *blocks, const uint32_t *list, uint32_t count, uint32_t degree,
-                       const lanes x[3], lane_sums *sums) {
+INLINE void sum_list(const nsdf_block *blocks, const uint32_t *list, uint32_t count, uint32_t degree, int slopes,
+                     const lanes x[3], lane_sums *sums) {
     for (uint32_t i = 0; i < count; i++) {
         lane_places at;
         place_in_ball(&blocks[list[i]], x, &at);
-        add_block(&blocks[list[i]], degree, 0, &at, sums);
+        add_block(&blocks[list[i]], degree, slopes, &at, sums);
     }
 }
 
@@ -189,10 +174,11 @@ INLINE void sum_listed(const nsdf_block *blocks, const uint32_t *list, uint32_t 
     for (int first = 0; first < NSDF_BLOCK_POINTS; first += LANES) {
         const lanes at[3] = {load(x[0] + first), load(x[1] + first), load(x[2] + first)};
         lane_sums s = {{0}, {0}, {{0}, {0}, {0}}, {{0}, {0}, {0}}};
+        uint32_t held[NSDF_NEAR_MOST];
         if (slopes)
-            sum_slopes(blocks, list, count, degree, at, &s);
+            sum_list(blocks, held, hold_points(blocks, list, count, at, held), degree, 1, at, &s);
         else
-            sum_values(blocks, list, count, degree, at, &s);
+            sum_list(blocks, list, count, degree, 0, at, &s);
         store(sums->weight + first, s.weight);
         store(sums->value + first, s.value);
         for (int axis = 0; slopes && axis < 3; axis++) {
