@@ -189,8 +189,8 @@ static void measure_batch(const nsdf_mesher *mesher, nsdf_mesher_scratch *scratc
 static void evaluate_batch(void *data, uint32_t index, uint32_t worker) {
     const nsdf_mesher *mesher = data;
     nsdf_mesher_scratch *scratch = (nsdf_mesher_scratch *)mesher->scratch.data + worker;
-    const uint64_t first = (uint64_t)index * NSDF_MESHER_BATCH, left = mesher->point_count - first;
-    const size_t count = left < NSDF_MESHER_BATCH ? (size_t)left : NSDF_MESHER_BATCH;
+    const uint64_t first = (uint64_t)index * mesher->batch, left = mesher->point_count - first;
+    const size_t count = left < mesher->batch ? (size_t)left : mesher->batch;
     const nsdf_grid_point *points = (const nsdf_grid_point *)mesher->points.data + first;
     for (size_t i = 0; i < count; i++)
         for (int a = 0; a < 3; a++)
@@ -205,14 +205,22 @@ static void evaluate_batch(void *data, uint32_t index, uint32_t worker) {
         field->evaluate(field->user, worker, count, xyz, value, no_gradient);
 }
 
+/* Few points are shared out too.  Values depend on no others, so that this depends on the workers. */
+static uint32_t choose_batch(const nsdf_mesher *mesher) {
+    enum { LEAST = 48, TASKS_PER_WORKER = 4 };
+    const uint32_t workers = nsdf_tasks_workers(mesher->tasks);
+    const uint64_t share = mesher->point_count / ((uint64_t)TASKS_PER_WORKER * workers) / LEAST * LEAST + LEAST;
+    return workers == 1 || share > NSDF_MESHER_BATCH ? NSDF_MESHER_BATCH : (uint32_t)share;
+}
+
 nsdf_status nsdf_grid_evaluate_points(nsdf_mesher *mesher) {
     const nsdf_status status =
         nsdf_mesher_reserve(mesher, &mesher->point_values, mesher->point_count, 0, sizeof(float));
     if (status != NSDF_OK)
         return status;
     mesher->evaluated += mesher->point_count;
-    return nsdf_mesher_parallel(mesher, (mesher->point_count + NSDF_MESHER_BATCH - 1) / NSDF_MESHER_BATCH,
-                                evaluate_batch);
+    mesher->batch = choose_batch(mesher);
+    return nsdf_mesher_parallel(mesher, (mesher->point_count + mesher->batch - 1) / mesher->batch, evaluate_batch);
 }
 
 /* Hostile parameters can make any value: NaN counts as outside, and differences stay finite. */

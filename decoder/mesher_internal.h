@@ -100,6 +100,7 @@ struct nsdf_mesher {
     const nsdf_mesher_job *job; /* of the run under way */
     nsdf_mesh_storage *storage;
     nsdf_memory *storage_memory;
+    uint32_t batch;     /* of the points in the list, so many a task */
     uint64_t evaluated; /* points of the grid */
     uint32_t slice;     /* tasks between two questions whether to cancel */
     nsdf_mesher_stats stats;

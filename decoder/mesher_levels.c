@@ -72,15 +72,28 @@ static int may_hold_surface(const nsdf_mesher *mesher, const nsdf_cube *cube, ui
     return !(size_square > change * change * square) || (border && value < 0);
 }
 
+/* The same for most cubes, which are whole and do not touch the border: whether it is one of them. */
+static int is_inner(const nsdf_mesher *mesher, const nsdf_cube *cube, uint32_t size) {
+    int inner = 1;
+    for (int a = 0; a < 3; a++)
+        inner &= cube->at[a] > 0 && cube->at[a] + size < mesher->grid.cells[a];
+    return inner;
+}
+
 static void judge_cubes(void *data, uint32_t task, uint32_t worker) {
     const nsdf_mesher *mesher = data;
     const nsdf_cube *cubes = mesher->cubes.data;
     const nsdf_grid_point *points = mesher->points.data;
     const float *values = mesher->point_values.data;
+    const uint32_t size = mesher->measuring;
+    const double change = (double)mesher->job->bound * mesher->grid.step;
+    const double most = change * change * (double)(3 * (size / 2) * (size / 2));
     uint8_t *known = mesher->exact.data;
     (void)worker;
     for (uint64_t i = (uint64_t)task * CUBES_PER_TASK, end = end_of_task(mesher, task); i < end; i++) {
-        const int kept = may_hold_surface(mesher, &cubes[i], mesher->measuring, points[i].at, values[i]);
+        const int kept = is_inner(mesher, &cubes[i], size)
+                             ? !((double)values[i] * (double)values[i] > most)
+                             : may_hold_surface(mesher, &cubes[i], size, points[i].at, values[i]);
         known[i] = (uint8_t)((mesher->job->field.measure ? known[i] : HAS_VALUE) | (kept ? IS_KEPT : 0));
     }
 }
