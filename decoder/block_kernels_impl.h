@@ -60,17 +60,22 @@ INLINE quad smaller(quad a, quad b) {
     return (quad)((less & (quad_masks)a) | (~less & (quad_masks)b));
 }
 
-/* The least of sixteen numbers times `sign`. */
+/* Points for which balls are selected together: with fewer lanes the half, whose box is smaller. */
+enum { SPAN = LANES > 8 ? 16 : 8 };
+
+/* The least of the numbers of a span, times `sign`. */
 INLINE float least_of(const float *x, float sign) {
-    quad q[4];
+    quad q[SPAN / 4], least;
     memcpy(q, x, sizeof q);
-    const quad least = smaller(smaller(sign * q[0], sign * q[1]), smaller(sign * q[2], sign * q[3]));
+    least = sign * q[0];
+    for (int i = 1; i < SPAN / 4; i++)
+        least = smaller(least, sign * q[i]);
     const float one = least[0] < least[1] ? least[0] : least[1], two = least[2] < least[3] ? least[2] : least[3];
     return one < two ? one : two;
 }
 
 /* The box of points: its middle, and half of its sides, a little larger for rounding. */
-INLINE void bound_part(const float x[3][NSDF_BLOCK_POINTS], float middle[3], float half[3]) {
+INLINE void bound_span(const float *const x[3], float middle[3], float half[3]) {
     for (int axis = 0; axis < 3; axis++) {
         const float low = least_of(x[axis], 1.0f), high = -least_of(x[axis], -1.0f);
         middle[axis] = 0.5f * (low + high);
@@ -89,11 +94,11 @@ INLINE uint32_t list_lanes(lane_masks mask, const uint32_t *from, uint32_t *to) 
 }
 #endif
 
-/* Lists the near blocks whose balls may meet the points' box. */
-INLINE uint32_t select_near(const nsdf_near_blocks *near, const float x[3][NSDF_BLOCK_POINTS], uint32_t *list) {
+/* Lists the near blocks whose balls may meet the box of a span of points. */
+INLINE uint32_t select_near(const nsdf_near_blocks *near, const float *const x[3], uint32_t *list) {
     float middle[3], half[3];
     uint32_t count = 0;
-    bound_part(x, middle, half);
+    bound_span(x, middle, half);
     for (uint32_t first = 0; first < near->count; first += LANES) {
         const lanes reach = load(near->reach + first);
         lanes square = {0};
@@ -169,43 +174,50 @@ INLINE void sum_list(const nsdf_block *blocks, const uint32_t *list, uint32_t co
     }
 }
 
-INLINE void sum_listed(const nsdf_block *blocks, const uint32_t *list, uint32_t count, uint32_t degree, int slopes,
-                       const float x[3][NSDF_BLOCK_POINTS], nsdf_block_sums *sums) {
-    for (int first = 0; first < NSDF_BLOCK_POINTS; first += LANES) {
-        const lanes at[3] = {load(x[0] + first), load(x[1] + first), load(x[2] + first)};
-        lane_sums s = {{0}, {0}, {{0}, {0}, {0}}, {{0}, {0}, {0}}};
-        uint32_t held[NSDF_NEAR_MOST];
-        if (slopes)
-            sum_list(blocks, held, hold_points(blocks, list, count, at, held), degree, 1, at, &s);
-        else
-            sum_list(blocks, list, count, degree, 0, at, &s);
-        store(sums->weight + first, s.weight);
-        store(sums->value + first, s.value);
-        for (int axis = 0; slopes && axis < 3; axis++) {
-            store(sums->weight_slope[axis] + first, s.weight_slope[axis]);
-            store(sums->value_slope[axis] + first, s.value_slope[axis]);
-        }
+INLINE void sum_lanes(const nsdf_block *blocks, const uint32_t *list, uint32_t count, uint32_t degree, int slopes,
+                      const float x[3][NSDF_BLOCK_POINTS], int first, nsdf_block_sums *sums) {
+    const lanes at[3] = {load(x[0] + first), load(x[1] + first), load(x[2] + first)};
+    lane_sums s = {{0}, {0}, {{0}, {0}, {0}}, {{0}, {0}, {0}}};
+    uint32_t held[NSDF_NEAR_MOST];
+    if (slopes)
+        sum_list(blocks, held, hold_points(blocks, list, count, at, held), degree, 1, at, &s);
+    else
+        sum_list(blocks, list, count, degree, 0, at, &s);
+    store(sums->weight + first, s.weight);
+    store(sums->value + first, s.value);
+    for (int axis = 0; slopes && axis < 3; axis++) {
+        store(sums->weight_slope[axis] + first, s.weight_slope[axis]);
+        store(sums->value_slope[axis] + first, s.value_slope[axis]);
     }
 }
 
-INLINE void sum_degree(const nsdf_block *blocks, const uint32_t *list, uint32_t count, uint32_t degree, int slopes,
+INLINE void sum_degree(const nsdf_block *blocks, const nsdf_near_blocks *near, uint32_t degree, int slopes,
                        const float x[3][NSDF_BLOCK_POINTS], nsdf_block_sums *sums) {
+    for (int first = 0; first < NSDF_BLOCK_POINTS; first += SPAN) {
+        uint32_t list[NSDF_NEAR_MOST + LANES];
+        const float *const span[3] = {x[0] + first, x[1] + first, x[2] + first};
+        const uint32_t count = select_near(near, span, list);
+        for (int i = first; i < first + SPAN; i += LANES)
+            sum_lanes(blocks, list, count, degree, slopes, x, i, sums);
+    }
+}
+
+INLINE void sum_any_degree(const nsdf_block *blocks, const nsdf_near_blocks *near, uint32_t degree, int slopes,
+                           const float x[3][NSDF_BLOCK_POINTS], nsdf_block_sums *sums) {
     if (degree >= 3)
-        sum_listed(blocks, list, count, 3, slopes, x, sums);
+        sum_degree(blocks, near, 3, slopes, x, sums);
     else if (degree == 2)
-        sum_listed(blocks, list, count, 2, slopes, x, sums);
+        sum_degree(blocks, near, 2, slopes, x, sums);
     else
-        sum_listed(blocks, list, count, 1, slopes, x, sums);
+        sum_degree(blocks, near, 1, slopes, x, sums);
 }
 
 TARGET static void sum_near(const nsdf_block *blocks, const nsdf_near_blocks *near, uint32_t degree, int slopes,
                             const float x[3][NSDF_BLOCK_POINTS], nsdf_block_sums *sums) {
-    uint32_t list[NSDF_NEAR_MOST + LANES];
-    const uint32_t count = select_near(near, x, list);
     if (slopes)
-        sum_degree(blocks, list, count, degree, 1, x, sums);
+        sum_any_degree(blocks, near, degree, 1, x, sums);
     else
-        sum_degree(blocks, list, count, degree, 0, x, sums);
+        sum_any_degree(blocks, near, degree, 0, x, sums);
 }
 
 /* ---- Boxes ------------------------------------------------------------------------------------------------- */
