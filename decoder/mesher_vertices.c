@@ -51,24 +51,35 @@ static float squared_gradient(const nsdf_mesher_scratch *s, uint32_t v) {
 
 /* Neither too flat for a direction nor overflowed; false for NaN. */
 static int gradient_is_usable(float squared) {
-    return squared > 1e-8f && squared < 1e8f;
+    return (squared > 1e-8f) & (squared < 1e8f);
 }
 
 /* ---- Newton steps ------------------------------------------------------------------------------------------ */
 
-static int is_off_surface(const batch *b, uint32_t v) {
-    const nsdf_mesher_scratch *s = b->s;
-    const float square = squared_gradient(s, v), limit = tolerance * (float)b->mesher->grid.step;
-    return gradient_is_usable(square) && fabsf(s->distance[v]) > limit * sqrtf(square) &&
-           fabsf(s->distance[v]) < NSDF_FIELD_LIMIT;
+/* Lists the chosen vertices; returns how many. */
+static uint32_t list_chosen(const batch *b) {
+    nsdf_mesher_scratch *s = b->s;
+    uint32_t n = 0;
+    for (uint32_t v = 0; v < b->count; v++) {
+        s->list[n] = v;
+        n += (uint32_t)s->chosen[v];
+    }
+    return n;
+}
+
+/* Whether a vertex at this distance is off the surface; conditions without branches go into vectors. */
+static inline int is_off_surface(float distance, float square, float limit) {
+    const float size = fabsf(distance);
+    return gradient_is_usable(square) & (size > limit * sqrtf(square)) & (size < NSDF_FIELD_LIMIT);
 }
 
 static uint32_t list_off_surface(const batch *b) {
-    uint32_t n = 0;
+    nsdf_mesher_scratch *s = b->s;
+    const float limit = tolerance * (float)b->mesher->grid.step;
     for (uint32_t v = 0; v < b->count; v++)
-        if (b->loose[v] != NSDF_VERTEX_ON_BORDER && is_off_surface(b, v))
-            b->s->list[n++] = v;
-    return n;
+        s->chosen[v] =
+            (b->loose[v] != NSDF_VERTEX_ON_BORDER) & is_off_surface(s->distance[v], squared_gradient(s, v), limit);
+    return list_chosen(b);
 }
 
 /* Where vertex v would go, as the i-th point: at most most_travel from where it was born, within the domain. */
@@ -178,20 +189,17 @@ static void evaluate_edges(const batch *b, const uint32_t *list, uint32_t count,
 
 /* The vertices that Newton's steps have left off the surface; those without a usable gradient are.  Where the field is
  * steep its gradient turns fast, and what is known of it, from before the last step, is worth less. */
-static int is_left(const batch *b, uint32_t v) {
-    const nsdf_mesher_scratch *s = b->s;
-    const float square = squared_gradient(s, v), limit = 0.5f * tolerance * (float)b->mesher->grid.step;
-    if (!gradient_is_usable(square))
-        return s->distance[v] != 0;
-    return is_off_surface(b, v) || (square > 4 && fabsf(s->distance[v]) > limit * sqrtf(square));
-}
-
 static uint32_t list_left(const batch *b) {
-    uint32_t n = 0;
-    for (uint32_t v = 0; v < b->count; v++)
-        if (b->loose[v] != NSDF_VERTEX_ON_BORDER && is_left(b, v))
-            b->s->list[n++] = v;
-    return n;
+    nsdf_mesher_scratch *s = b->s;
+    const float limit = tolerance * (float)b->mesher->grid.step;
+    for (uint32_t v = 0; v < b->count; v++) {
+        const float square = squared_gradient(s, v), distance = s->distance[v];
+        const int far =
+            is_off_surface(distance, square, limit) | ((square > 4) & (fabsf(distance) > 0.5f * limit * sqrtf(square)));
+        const int usable = gradient_is_usable(square);
+        s->chosen[v] = (b->loose[v] != NSDF_VERTEX_ON_BORDER) & ((usable & far) | (!usable & (distance != 0)));
+    }
+    return list_chosen(b);
 }
 
 /* Brings the vertices whose edge has ends of both signs to the front of the list; returns how many.  Of the others the
