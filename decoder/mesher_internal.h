@@ -74,7 +74,7 @@ typedef struct nsdf_mesher_scratch {
     uint8_t axis[NSDF_MESHER_BATCH], inside[NSDF_MESHER_BATCH]; /* of that edge, and whether its low end is */
     uint32_t list[NSDF_MESHER_BATCH];
     int32_t chosen[NSDF_MESHER_BATCH]; /* 1 for the vertices that are to be listed, else 0 */
-    uint64_t evaluated; /* points of vertices */
+    uint64_t evaluated;                /* points of vertices */
 } nsdf_mesher_scratch;
 
 struct nsdf_mesher {

@@ -376,6 +376,47 @@ static void test_results_do_not_depend_on_how_many_balls_are_near(void **state) 
     sample_free(&many);
 }
 
+/* ---- Workers --------------------------------------------------------------------------------------------- */
+
+/* Of blocks that are not there only that they are not counts. */
+static void assert_same_blocks(const nsdf_blocks *a, const nsdf_blocks *b) {
+    const uint32_t groups = nsdf_block_groups(a->desc->block_count), sets = nsdf_block_groups(groups);
+    for (uint32_t k = 0; k < a->desc->block_count; k++) {
+        assert_true(a->blocks[k].radius == b->blocks[k].radius);
+        if (a->blocks[k].radius > 0.0f)
+            assert_memory_equal(&a->blocks[k], &b->blocks[k], sizeof *a->blocks);
+    }
+    assert_memory_equal(a->groups, b->groups, groups * sizeof *a->groups);
+    assert_memory_equal(a->boxes, b->boxes, groups * sizeof *a->boxes);
+    assert_memory_equal(a->balls, b->balls, sets * sizeof *a->balls);
+    assert_memory_equal(a->group_boxes, b->group_boxes, sets * sizeof *a->group_boxes);
+}
+
+/* What blocks are at a time is the same for any number of workers, and after other times. */
+static void test_composing_does_not_depend_on_the_workers(void **state) {
+    static const uint32_t counts[] = {1, 64, 65, 400};
+    nsdf_memory memory;
+    nsdf_tasks *tasks = NULL;
+    (void)state;
+    nsdf_memory_init(&memory, NULL, (uint64_t)1 << 30);
+    assert_int_equal(nsdf_tasks_create(&memory, 3, NULL, &tasks), NSDF_OK);
+    for (size_t n = 0; n < sizeof counts / sizeof *counts; n++) {
+        sample_blocks s = sample_random((sample_shape){counts[n], 5, 3, 3, 5}, 30 + n);
+        opened alone = open_blocks(&s), shared = open_blocks(&s);
+        nsdf_blocks_compose(&shared.blocks, 0.9, tasks);
+        for (int time = 0; time < 5; time++) {
+            nsdf_blocks_compose(&alone.blocks, 0.2 * time, NULL);
+            nsdf_blocks_compose(&shared.blocks, 0.2 * time, tasks);
+            assert_same_blocks(&alone.blocks, &shared.blocks);
+        }
+        free(alone.storage);
+        free(shared.storage);
+        sample_free(&s);
+    }
+    nsdf_tasks_free(&tasks);
+    assert_int_equal(memory.used, 0);
+}
+
 /* ---- Searches by groups ---------------------------------------------------------------------------------- */
 
 static void assert_nearest(const nsdf_blocks *b, const nsdf_block_kernels *kernels, const float x[3]) {
@@ -682,6 +723,7 @@ int main(void) {
         cmocka_unit_test(test_blocks_around_a_point_make_it_negative),
         cmocka_unit_test(test_all_tables_and_tiles_give_the_same_bits),
         cmocka_unit_test(test_results_do_not_depend_on_how_many_balls_are_near),
+        cmocka_unit_test(test_composing_does_not_depend_on_the_workers),
         cmocka_unit_test(test_searches_by_groups_leave_nothing_out),
         cmocka_unit_test(test_tables_agree_about_winding_numbers_of_a_half),
         cmocka_unit_test(test_measures_are_values_without_the_sign_outside),
