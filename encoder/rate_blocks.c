@@ -6,12 +6,11 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* Shares of the options' steps. */
-static const double probe_share = 0.1, fit_share = 0.85;
+/* Of the options' steps. */
+static const double probe_share = 0.1;
 /* Another probe where the level is to be further from those that were probed. */
 static const double near_level = 0.6;
 static const double size_aim = 0.99;
-static const double coarsest_x = 1.6;
 enum { MOST_PROBES = 3 };
 
 struct nsdf_rate_blocks {
@@ -57,9 +56,9 @@ static nsdf_status learn(nsdf_rate_blocks *r) {
     const nsdf_rate_measure m = {model->blocks->desc.block_count,
                                  model->blocks->desc.bone_count,
                                  model->blocks->knots,
-                                 model->options.pose_step,
-                                 model->options.coefficient_step,
-                                 (double)model->bytes - (double)b.shapes - (double)b.motion,
+                                 model->now.options.pose_step,
+                                 model->now.options.coefficient_step,
+                                 (double)model->now.bytes - (double)b.shapes - (double)b.motion,
                                  (double)b.shapes,
                                  (double)b.motion};
     r->measure = m;
@@ -84,7 +83,7 @@ static nsdf_status probe_at(nsdf_rate_blocks *r, double *level) {
         return status;
     if (!r->m.job.size)
         nsdf_error_search_probed(&r->search);
-    nsdf_rate_curve_add(&r->probed, r->m.level, 1.0);
+    nsdf_rate_curve_add(&r->probed, r->m.now.level, 1.0);
     *level = nsdf_rate_within_levels(&r->m, r->m.job.size ? level_of_size(r) : nsdf_error_search_level(&r->search));
     return NSDF_OK;
 }
@@ -105,13 +104,13 @@ static nsdf_status check_least(nsdf_rate_blocks *r) {
     nsdf_status status = nsdf_rate_start_at(&r->m, nsdf_rate_lowest_level);
     if (status != NSDF_OK)
         return status;
-    nsdf_rate_set_x(&r->m, coarsest_x);
+    nsdf_rate_set_x(&r->m, NSDF_RATE_MOST_X);
     if (nsdf_rate_count_bytes(&r->m) != 0)
         return nsdf_rate_no_memory(&r->m);
-    if (r->m.bytes > r->m.job.size)
+    if (r->m.now.bytes > r->m.job.size)
         return nsdf_encoder_fail(r->m.error, NSDF_LIMIT,
                                  "%llu bytes are too few: the least that this sequence takes are %llu",
-                                 (unsigned long long)r->m.job.size, (unsigned long long)r->m.bytes);
+                                 (unsigned long long)r->m.job.size, (unsigned long long)r->m.now.bytes);
     return NSDF_OK;
 }
 
@@ -120,21 +119,21 @@ static void steer(void *user, uint64_t done, uint64_t steps) {
     (void)done;
     (void)steps;
     if (nsdf_rate_count_bytes(m) == 0)
-        nsdf_rate_set_x(m, nsdf_rate_steer(m->x, m->bytes, (uint64_t)(size_aim * (double)m->job.size)));
+        nsdf_rate_set_x(m, nsdf_rate_steer(m->now.x, m->now.bytes, (uint64_t)(size_aim * (double)m->job.size)));
 }
 
 static int bytes_at(void *user, double x, uint64_t *bytes) {
     nsdf_rate_model *m = user;
     nsdf_rate_set_x(m, x);
     const int failed = nsdf_rate_count_bytes(m);
-    *bytes = m->bytes;
+    *bytes = m->now.bytes;
     return failed;
 }
 
 /* The last percent, by quantisers alone. */
 static nsdf_status fill(nsdf_rate_model *m) {
-    const nsdf_rate_search search = {bytes_at, m, m->job.size, m->x - 8.0, m->x + 8.0};
-    double x = m->x;
+    const nsdf_rate_search search = {bytes_at, m, m->job.size, m->now.x - 8.0, m->now.x + 8.0};
+    double x = m->now.x;
     uint64_t bytes = 0;
     const int answer = nsdf_rate_find(&search, &x, &bytes);
     if (answer < 0)
@@ -155,7 +154,7 @@ static nsdf_status fit_size(nsdf_rate_blocks *r, double level) {
     if (!r->m.stopped)
         status = nsdf_rate_start_at(&r->m, level);
     if (status == NSDF_OK && !r->m.stopped)
-        status = nsdf_rate_fit_and_measure(&r->m, NSDF_RATE_FIT, fit_share);
+        status = nsdf_rate_fit_and_measure(&r->m, NSDF_RATE_FIT, NSDF_RATE_FIT_SHARE);
     return status == NSDF_OK ? fill(&r->m) : status;
 }
 

@@ -5,8 +5,8 @@
 #include <math.h>
 #include <string.h>
 
-/* Shares of the options' steps. */
-static const double fit_share = 0.85, tune_share = 0.05, mend_share = 0.1;
+/* Of the options' steps. */
+static const double tune_share = 0.05;
 /* After a whole fit the error is at most about this part of a probe's. */
 static const double probe_gain = 0.95;
 /* The error of a surface as a multiple of that of samples near it, 1.05 to 1.25: by the latter, pieces astray in a
@@ -21,7 +21,6 @@ static const double least_gain = 0.95;                       /* of the error, by
 static const double least_coarser = 0.25, least_finer = 0.1; /* of the level, to be worth another fit */
 static const double nearer = 0.99;                           /* of errors that miss, worth more bytes */
 static const double least_fall = 0.97, much_finer = 0.3;     /* of the error by such a factor, or it is of no use */
-static const double lowest_x = -1.6, highest_x = 1.6;
 enum { MOST_TUNES = 9, MOST_REFITS = 2, MOST_CHECKS = 5, MOST_MENDS = 3, PATIENCE = 3 };
 
 void nsdf_error_search_init(nsdf_error_search *s, nsdf_rate_model *m) {
@@ -39,7 +38,8 @@ void nsdf_error_search_free(nsdf_error_search *s) {
 
 void nsdf_error_search_probed(nsdf_error_search *s) {
     const nsdf_rate_model *m = s->m;
-    nsdf_rate_curve_add(&s->probes, m->level, probe_gain * fmin(m->quick, surface_by_near * m->result->near_error));
+    nsdf_rate_curve_add(&s->probes, m->now.level,
+                        probe_gain * fmin(m->now.quick, surface_by_near * m->result->near_error));
 }
 
 /* That quick errors should have. */
@@ -64,12 +64,12 @@ double nsdf_error_search_level(const nsdf_error_search *s) {
 
 /* Error of the whole, as far as it is known, relative to the one asked for. */
 static double expected(const nsdf_error_search *s) {
-    return s->m->quick * s->whole_by_quick / s->m->base.target_error;
+    return s->m->now.quick * s->whole_by_quick / s->m->base.target_error;
 }
 
 /* Errors of rounds scatter: one that will do is not forgotten for those that follow. */
 static nsdf_status hold(nsdf_error_search *s) {
-    if (expected(s) > 1.0 || (s->held.blocks.values && s->held.bytes <= s->m->bytes))
+    if (expected(s) > 1.0 || (s->held.blocks.values && s->held.state.bytes <= s->m->now.bytes))
         return NSDF_OK;
     s->held_fit = s->fit;
     s->held_trials = s->trials;
@@ -77,7 +77,7 @@ static nsdf_status hold(nsdf_error_search *s) {
 }
 
 static nsdf_status note_trial(nsdf_error_search *s) {
-    nsdf_rate_tried(&s->trials, s->m->x, s->m->quick);
+    nsdf_rate_tried(&s->trials, s->m->now.x, s->m->now.quick);
     s->close |= expected(s) <= 1.0;
     return hold(s);
 }
@@ -85,10 +85,10 @@ static nsdf_status note_trial(nsdf_error_search *s) {
 static nsdf_status fit_at(nsdf_error_search *s, double level) {
     nsdf_status status = nsdf_rate_start_at(s->m, level);
     if (status == NSDF_OK)
-        status = nsdf_rate_fit_and_measure(s->m, NSDF_RATE_FIT, fit_share);
+        status = nsdf_rate_fit_and_measure(s->m, NSDF_RATE_FIT, NSDF_RATE_FIT_SHARE);
     if (status != NSDF_OK)
         return status;
-    nsdf_rate_curve_add(&s->fits, s->m->level, s->m->quick);
+    nsdf_rate_curve_add(&s->fits, s->m->now.level, s->m->now.quick);
     s->fit = ++s->fits_made;
     s->close = 0;
     s->trials.count = 0;
@@ -96,10 +96,10 @@ static nsdf_status fit_at(nsdf_error_search *s, double level) {
 }
 
 static nsdf_status refit(nsdf_error_search *s, double level) {
-    const int finer = level > s->m->level;
-    const double before = nsdf_rate_curve_error(&s->fits, s->m->level);
+    const int finer = level > s->m->now.level;
+    const double before = nsdf_rate_curve_error(&s->fits, s->m->now.level);
     const nsdf_status status = fit_at(s, level);
-    s->refits = finer && s->m->quick > least_gain * before ? MOST_REFITS : s->refits + 1;
+    s->refits = finer && s->m->now.quick > least_gain * before ? MOST_REFITS : s->refits + 1;
     return status;
 }
 
@@ -114,9 +114,9 @@ static nsdf_status mend(nsdf_error_search *s) {
     const int fresh = s->trials.count == 1;
     s->mends++;
     s->trials.count = 0;
-    const nsdf_status status = tune(s, s->m->x, mend_share);
+    const nsdf_status status = tune(s, s->m->now.x, NSDF_MEND_SHARE);
     if (fresh)
-        nsdf_rate_curve_add(&s->fits, s->m->level, s->m->quick);
+        nsdf_rate_curve_add(&s->fits, s->m->now.level, s->m->now.quick);
     return status;
 }
 
@@ -131,7 +131,7 @@ static void take_held(nsdf_error_search *s) {
 
 /* Whether the error is that of surface where there should be none; then neither level nor x tell much. */
 static int is_astray(const nsdf_error_search *s) {
-    return s->m->back_by_decoded > NSDF_ASTRAY && expected(s) > 1.0 && s->mends < MOST_MENDS;
+    return s->m->now.back_by_decoded > NSDF_ASTRAY && expected(s) > 1.0 && s->mends < MOST_MENDS;
 }
 
 /* ---- The search ------------------------------------------------------------------------------------------- */
@@ -139,7 +139,8 @@ static int is_astray(const nsdf_error_search *s) {
 /* Tuning will not get the error down to the one asked for: errors follow x only so far. */
 static int is_lost(const nsdf_error_search *s, double next) {
     const double ratio = expected(s);
-    return ratio > 1.0 && !s->close && (ratio > error_hopeless || next < lowest_x || s->trials.count > PATIENCE);
+    return ratio > 1.0 && !s->close &&
+           (ratio > error_hopeless || next < -NSDF_RATE_MOST_X || s->trials.count > PATIENCE);
 }
 
 /* Finer steps did not bring the error down any more. */
@@ -155,7 +156,7 @@ static int is_wasteful(const nsdf_error_search *s) {
     const double ratio = expected(s);
     if (s->mends > 0)
         return 0;
-    return s->trials.count == 1 ? ratio < error_wasteful : ratio < error_accepted && s->m->x >= highest_x;
+    return s->trials.count == 1 ? ratio < error_wasteful : ratio < error_accepted && s->m->now.x >= NSDF_RATE_MOST_X;
 }
 
 /* Whether another fit, at *level, should follow.  What is held needs none that is hardly coarser. */
@@ -165,15 +166,16 @@ static int wants_refit(const nsdf_error_search *s, double next, double *level) {
         return 0;
     *level = nsdf_error_search_level(s);
     if (is_lost(s, next))
-        return held ? *level < s->held.level - least_coarser : *level > s->m->level + least_finer;
-    return is_wasteful(s) && *level < s->m->level - least_coarser;
+        return held ? *level < s->held.state.level - least_coarser : *level > s->m->now.level + least_finer;
+    return is_wasteful(s) && *level < s->m->now.level - least_coarser;
 }
 
 /* One round; *done when there is none that might help. */
 static nsdf_status one_round(nsdf_error_search *s, int *done) {
-    const double next = nsdf_rate_next(&s->trials, wanted(s)), x = fmax(lowest_x, fmin(highest_x, next));
+    const double next = nsdf_rate_next(&s->trials, wanted(s)),
+                 x = fmax(-NSDF_RATE_MOST_X, fmin(NSDF_RATE_MOST_X, next));
     double level = 0.0;
-    if (is_astray(s) && s->verified == s->m->steps)
+    if (is_astray(s) && s->verified == s->m->now.steps)
         return mend(s);
     *done = is_astray(s); /* verification finds the pieces */
     if (*done)
@@ -184,7 +186,7 @@ static nsdf_status one_round(nsdf_error_search *s, int *done) {
         take_held(s);
         return hold(s);
     }
-    *done = s->tunes >= MOST_TUNES || fabs(x - s->m->x) < 1e-9 || is_of_no_use(s);
+    *done = s->tunes >= MOST_TUNES || fabs(x - s->m->now.x) < 1e-9 || is_of_no_use(s);
     if (*done)
         return NSDF_OK;
     s->tunes++;
@@ -219,7 +221,7 @@ static int is_best(const nsdf_error_search *s, double mean) {
     if (!s->best.blocks.values)
         return 1;
     if (mean <= target)
-        return s->best_error > target || s->m->bytes < s->best.bytes;
+        return s->best_error > target || s->m->now.bytes < s->best.state.bytes;
     return mean < nearer * s->best_error;
 }
 
@@ -233,20 +235,20 @@ static nsdf_status keep(nsdf_error_search *s, double mean) {
 
 nsdf_status nsdf_error_search_judge(nsdf_error_search *s, const nsdf_quality *quality, int *again) {
     const double mean = nsdf_mean_error(quality), ratio = mean / s->m->base.target_error;
-    s->verified = s->m->steps;
+    s->verified = s->m->now.steps;
     *again = 0;
     if (s->finished)
         return NSDF_OK;
     nsdf_rate_note_model(s->m, NSDF_RATE_VERIFY, 0, mean);
     s->checks++;
-    s->whole_by_quick = mean / s->m->quick;
-    s->m->back_by_decoded = quality->mean_to_input / fmax(quality->mean_to_decoded, 1e-30);
+    s->whole_by_quick = mean / s->m->now.quick;
+    s->m->now.back_by_decoded = quality->mean_to_input / fmax(quality->mean_to_decoded, 1e-30);
     nsdf_status status = keep(s, mean);
     if (status == NSDF_OK && s->checks < MOST_CHECKS + s->mends && !(ratio <= 1.0 && ratio >= error_accepted))
         status = approach(s);
-    *again = s->m->steps != s->verified;
+    *again = s->m->now.steps != s->verified;
     s->finished = !*again;
-    if (status == NSDF_OK && s->finished && s->best.steps != s->m->steps) {
+    if (status == NSDF_OK && s->finished && s->best.state.steps != s->m->now.steps) {
         nsdf_rate_take_copy(s->m, &s->best);
         *again = 1;
     }

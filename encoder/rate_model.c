@@ -51,7 +51,7 @@ int nsdf_rate_count_bytes(nsdf_rate_model *m) {
     nsdf_coded_segment segment = {{NULL, 0, 0, 0}, 0};
     nsdf_buffer file = {NULL, 0, 0, 0};
     const int failed = nsdf_code_blocks(m->blocks, &segment) != 0 || nsdf_rate_make_file(&m->job, &segment, &file) != 0;
-    m->bytes = file.size;
+    m->now.bytes = file.size;
     nsdf_buffer_free(&segment.payload);
     nsdf_buffer_free(&file);
     return failed ? -1 : 0;
@@ -64,20 +64,20 @@ static nsdf_status measure_error(nsdf_rate_model *m) {
     if (status == NSDF_OK)
         status = nsdf_rate_quick_error(&m->job, &segment, &quick, m->error);
     nsdf_buffer_free(&segment.payload);
-    m->quick = quick.mean;
-    m->back_by_decoded = quick.back_by_decoded;
-    m->bytes = quick.bytes;
+    m->now.quick = quick.mean;
+    m->now.back_by_decoded = quick.back_by_decoded;
+    m->now.bytes = quick.bytes;
     return status;
 }
 
 void nsdf_rate_set_x(nsdf_rate_model *m, double x) {
     const double f = exp(x);
-    m->x = x;
-    m->options.pose_step = fmax(1e-7, fmin(0.1, m->level_o.pose_step * f));
-    m->options.coefficient_step = fmax(1e-7, fmin(0.1, m->level_o.coefficient_step * f));
-    m->options.motion_rate = fmin(1.0, m->level_o.motion_rate * exp(rate_share * x));
+    m->now.x = x;
+    m->now.options.pose_step = fmax(1e-7, fmin(0.1, m->now.level_o.pose_step * f));
+    m->now.options.coefficient_step = fmax(1e-7, fmin(0.1, m->now.level_o.coefficient_step * f));
+    m->now.options.motion_rate = fmin(1.0, m->now.level_o.motion_rate * exp(rate_share * x));
     if (m->blocks->values) {
-        const nsdf_block_steps steps = {m->options.pose_step, m->options.coefficient_step};
+        const nsdf_block_steps steps = {m->now.options.pose_step, m->now.options.coefficient_step};
         nsdf_block_model_set_steps(m->blocks, &steps);
     }
 }
@@ -88,11 +88,11 @@ void nsdf_rate_note_model(const nsdf_rate_model *m, nsdf_rate_kind kind, uint64_
                                    m->blocks->desc.bone_count,
                                    0,
                                    steps,
-                                   m->options.pose_step,
-                                   m->options.coefficient_step,
-                                   m->options.motion_rate,
+                                   m->now.options.pose_step,
+                                   m->now.options.coefficient_step,
+                                   m->now.options.motion_rate,
                                    0.0,
-                                   m->bytes,
+                                   m->now.bytes,
                                    error};
     nsdf_rate_note(&m->job, &round);
 }
@@ -101,7 +101,7 @@ void nsdf_rate_note_model(const nsdf_rate_model *m, nsdf_rate_kind kind, uint64_
 
 static nsdf_fit_job job_of(const nsdf_rate_model *m) {
     nsdf_fit_job job = m->job.fit;
-    job.options = &m->options;
+    job.options = &m->now.options;
     job.control = &m->control;
     return job;
 }
@@ -126,12 +126,12 @@ double nsdf_rate_within_levels(const nsdf_rate_model *m, double level) {
 }
 
 nsdf_status nsdf_rate_start_at(nsdf_rate_model *m, double level) {
-    m->level = nsdf_rate_within_levels(m, level);
-    m->level_o = nsdf_rate_options_at(&m->base, m->level);
-    m->options = m->level_o;
+    m->now.level = nsdf_rate_within_levels(m, level);
+    m->now.level_o = nsdf_rate_options_at(&m->base, m->now.level);
+    m->now.options = m->now.level_o;
     nsdf_block_model_free(m->blocks);
     nsdf_rate_set_x(m, 0.0);
-    nsdf_status status = nsdf_rate_track(m, m->options.blocks);
+    nsdf_status status = nsdf_rate_track(m, m->now.options.blocks);
     if (status != NSDF_OK)
         return status;
     const nsdf_fit_job job = job_of(m);
@@ -145,16 +145,16 @@ static int trim_lives(const nsdf_rate_model *m) {
 
 static nsdf_status fit_some(nsdf_rate_model *m, double share) {
     nsdf_fit_result some;
-    m->options.steps = (uint64_t)fmax(1.0, rint(share * (double)m->base.steps));
-    m->options.seed = m->base.seed + m->tunes;
+    m->now.options.steps = (uint64_t)fmax(1.0, rint(share * (double)m->base.steps));
+    m->now.options.seed = m->base.seed + m->tunes;
     const nsdf_fit_job job = job_of(m);
     if (nsdf_fit_mended(&job, m->strays, m->blocks, &some) != 0 || trim_lives(m) != 0)
         return nsdf_rate_no_memory(m);
-    m->stopped |= some.steps < m->options.steps;
+    m->stopped |= some.steps < m->now.options.steps;
     some.steps += m->result->steps;
     some.samples += m->result->samples;
     *m->result = some;
-    m->steps = some.steps;
+    m->now.steps = some.steps;
     return some.aborted || some.diverged ? NSDF_CANCELLED : NSDF_OK;
 }
 
@@ -172,7 +172,7 @@ nsdf_status nsdf_rate_fit_and_measure(nsdf_rate_model *m, nsdf_rate_kind kind, d
     else if (status == NSDF_OK)
         status = measure_error(m);
     if (status == NSDF_OK)
-        nsdf_rate_note_model(m, kind, m->result->steps - before, m->quick);
+        nsdf_rate_note_model(m, kind, m->result->steps - before, m->now.quick);
     return status;
 }
 
@@ -185,27 +185,13 @@ void nsdf_rate_copy_free(nsdf_rate_copy *copy) {
 
 int nsdf_rate_copy_model(nsdf_rate_copy *copy, const nsdf_rate_model *m) {
     nsdf_rate_copy_free(copy);
-    *copy = (nsdf_rate_copy){.level_o = m->level_o,
-                             .options = m->options,
-                             .level = m->level,
-                             .x = m->x,
-                             .quick = m->quick,
-                             .back_by_decoded = m->back_by_decoded,
-                             .bytes = m->bytes,
-                             .steps = m->steps};
+    copy->state = m->now;
     return nsdf_block_model_copy(&copy->blocks, m->blocks);
 }
 
 void nsdf_rate_take_copy(nsdf_rate_model *m, nsdf_rate_copy *copy) {
     nsdf_block_model_free(m->blocks);
     *m->blocks = copy->blocks;
-    m->level_o = copy->level_o;
-    m->options = copy->options;
-    m->level = copy->level;
-    m->x = copy->x;
-    m->quick = copy->quick;
-    m->back_by_decoded = copy->back_by_decoded;
-    m->bytes = copy->bytes;
-    m->steps = copy->steps;
+    m->now = copy->state;
     memset(copy, 0, sizeof *copy);
 }

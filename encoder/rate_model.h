@@ -5,11 +5,26 @@
 #include "block_stage.h"
 #include "rate_trail.h"
 
-typedef struct nsdf_rate_model {
-    nsdf_rate_job job;
-    nsdf_encoder_options base;    /* as given, with the steps of blocks */
+/* Share of the options' steps that a whole fit has. */
+#define NSDF_RATE_FIT_SHARE 0.85
+/* Quantiser steps are exp(x) times those of the level; searches stay within this |x|. */
+#define NSDF_RATE_MOST_X 1.6
+
+/* What belongs to one fit of the blocks, besides their values. */
+typedef struct nsdf_rate_state {
     nsdf_encoder_options level_o; /* at the level */
     nsdf_encoder_options options; /* and with x: those that fitting sees */
+    double level, x;              /* see rate_control.h */
+    uint64_t bytes;               /* of the file */
+    double quick;                 /* its error, of some frames */
+    double back_by_decoded;       /* see nsdf_quick_error */
+    uint64_t steps;               /* of all fits when the last one ended: no two models have the same */
+} nsdf_rate_state;
+
+typedef struct nsdf_rate_model {
+    nsdf_rate_job job;
+    nsdf_encoder_options base; /* as given, with the steps of blocks */
+    nsdf_rate_state now;
     nsdf_fit_control control;
     nsdf_block_model *blocks; /* the caller's */
     nsdf_fit_result *result;  /* the caller's: of all fits together */
@@ -18,12 +33,7 @@ typedef struct nsdf_rate_model {
     uint32_t tracked_blocks; /* 0 = nothing tracked */
     nsdf_sample_set *strays; /* [job.fit.frame_count]: samples of every fit besides the job's, see block_mend.h */
     uint32_t tunes;
-    double level, x;        /* see rate_control.h */
-    uint64_t bytes;         /* of the file */
-    double quick;           /* its error, of some frames */
-    double back_by_decoded; /* see nsdf_quick_error */
-    uint64_t steps;         /* of all fits when the last one ended: no two models have the same */
-    int stopped;            /* a fit made fewer steps than it should */
+    int stopped; /* a fit made fewer steps than it should */
 } nsdf_rate_model;
 
 /* Everything in the job is borrowed until the free.  Returns 0, or -1 when memory ran out. */
@@ -45,7 +55,7 @@ nsdf_status nsdf_rate_start_at(nsdf_rate_model *m, double level);
 /* The quantiser steps, and the motion's rate, of another x. */
 void nsdf_rate_set_x(nsdf_rate_model *m, double x);
 
-/* Only m->bytes.  0, or -1 when memory ran out. */
+/* Only m->now.bytes.  0, or -1 when memory ran out. */
 int nsdf_rate_count_bytes(nsdf_rate_model *m);
 
 /* Fits by a share of the options' steps, a probe without steering (nsdf_fit_control; m->control.steer is called with
@@ -62,10 +72,7 @@ void nsdf_rate_note_model(const nsdf_rate_model *m, nsdf_rate_kind kind, uint64_
 /* A model with what belongs to it; without values when there is none. */
 typedef struct nsdf_rate_copy {
     nsdf_block_model blocks;
-    nsdf_encoder_options level_o, options;
-    double level, x, quick;
-    double back_by_decoded;
-    uint64_t bytes, steps;
+    nsdf_rate_state state;
 } nsdf_rate_copy;
 
 /* In place of the one that was there.  0, or -1 when memory ran out. */
