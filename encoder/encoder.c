@@ -28,7 +28,6 @@ static const double lost_error = 0.02;
 
 /* While verification finds stray pieces, fitting goes on a little, so many times at the most. */
 enum { MEND_ROUNDS = 3 };
-static const double block_mend_share = 0.1; /* of the steps */
 
 struct nsdf_encoder {
     nsdf_encoder_options options;
@@ -461,7 +460,7 @@ static int mend_blocks(run *r) {
     nsdf_encoder_options o = nsdf_block_options(&r->encoder->options);
     nsdf_fit_result some;
     nsdf_fit_job job = fit_job(r);
-    o.steps = 1 + (uint64_t)(block_mend_share * (double)o.steps);
+    o.steps = 1 + (uint64_t)(NSDF_MEND_SHARE * (double)o.steps);
     job.options = &o;
     job.control = &control;
     if (nsdf_fit_mended(&job, r->strays, &r->encoder->blocks, &some) != 0)
@@ -528,36 +527,7 @@ static int target_met(const run *r) {
     return !(o->target_error > 0.0) || nsdf_mean_error(&e->stats.quality) <= o->target_error;
 }
 
-/* Blocks that mending made no better are as they were before. */
-static nsdf_status mend_better(run *r, int *better) {
-    nsdf_encoder *e = r->encoder;
-    const double before = nsdf_mean_error(&e->stats.quality);
-    nsdf_block_model kept;
-    *better = 1;
-    if (!e->blocks.values)
-        return mend(r);
-    if (nsdf_block_model_copy(&kept, &e->blocks) != 0)
-        return nsdf_encoder_fail(r->error, NSDF_NO_MEMORY, "out of memory");
-    const nsdf_status status = mend(r);
-    *better = status != NSDF_OK || nsdf_mean_error(&e->stats.quality) < before;
-    if (*better) {
-        nsdf_block_model_free(&kept);
-        return status;
-    }
-    nsdf_block_model_free(&e->blocks);
-    e->blocks = kept;
-    forget_strays(r);
-    return code_and_check(r);
-}
-
-static nsdf_status mend_all(run *r, int whole) {
-    nsdf_status status = NSDF_OK;
-    for (int round = 0, better = whole; status == NSDF_OK && better && worth_mending(r) && round < MEND_ROUNDS; round++)
-        status = mend_better(r, &better);
-    return status;
-}
-
-/* The encoder with its blocks and their file, while a network is tried in its place. */
+/* The encoder with its blocks and their file, while something else is tried in their place. */
 static nsdf_encoder set_aside(nsdf_encoder *e) {
     const nsdf_encoder kept = *e;
     memset(&e->file, 0, sizeof e->file);
@@ -565,15 +535,49 @@ static nsdf_encoder set_aside(nsdf_encoder *e) {
     return kept;
 }
 
-/* But the time that the network took has passed. */
+/* But the time that it took has passed. */
 static void take_back(nsdf_encoder *e, const nsdf_encoder *kept) {
     const nsdf_encoder_stats tried = e->stats;
     nsdf_buffer_free(&e->file);
+    nsdf_block_model_free(&e->blocks);
     *e = *kept;
     e->stats.seconds_sample = tried.seconds_sample;
     e->stats.seconds_fit = tried.seconds_fit;
     e->stats.seconds_code = tried.seconds_code;
     e->stats.seconds_verify = tried.seconds_verify;
+}
+
+/* Whether what was tried succeeded and has less of an error; if not, the encoder is as it was. */
+static int keep_better(run *r, nsdf_encoder *kept, nsdf_status status) {
+    nsdf_encoder *e = r->encoder;
+    if (status == NSDF_OK && nsdf_mean_error(&e->stats.quality) < nsdf_mean_error(&kept->stats.quality)) {
+        nsdf_buffer_free(&kept->file);
+        nsdf_block_model_free(&kept->blocks);
+        return 1;
+    }
+    take_back(e, kept);
+    forget_strays(r);
+    return 0;
+}
+
+static nsdf_status mend_better(run *r, int *better) {
+    nsdf_encoder *e = r->encoder;
+    *better = 1;
+    if (!e->blocks.values)
+        return mend(r);
+    nsdf_encoder kept = set_aside(e);
+    const nsdf_status status = nsdf_block_model_copy(&e->blocks, &kept.blocks) == 0
+                                   ? mend(r)
+                                   : nsdf_encoder_fail(r->error, NSDF_NO_MEMORY, "out of memory");
+    *better = keep_better(r, &kept, status);
+    return status;
+}
+
+static nsdf_status mend_all(run *r, int whole) {
+    nsdf_status status = NSDF_OK;
+    for (int round = 0, better = whole; status == NSDF_OK && better && worth_mending(r) && round < MEND_ROUNDS; round++)
+        status = mend_better(r, &better);
+    return status;
 }
 
 static nsdf_status fit_network_instead(run *r) {
@@ -605,13 +609,8 @@ static nsdf_status try_network(run *r, int whole) {
         return NSDF_OK;
     nsdf_encoder kept = set_aside(e);
     const nsdf_status status = fit_network_instead(r);
-    if (status == NSDF_OK && nsdf_mean_error(&e->stats.quality) < nsdf_mean_error(&kept.stats.quality)) {
+    if (keep_better(r, &kept, status))
         e->stats.came_apart = 1;
-        nsdf_buffer_free(&kept.file);
-        nsdf_block_model_free(&kept.blocks);
-    } else {
-        take_back(e, &kept);
-    }
     return status;
 }
 
