@@ -32,8 +32,7 @@ static void take_stray(const nsdf_sample_set *strays, size_t i, const nsdf_sdf *
 
 static int copy_set(const nsdf_sample_set *from, nsdf_sample_set *to) {
     const size_t bytes = from->count * sizeof *from->x;
-    *to = (nsdf_sample_set){malloc(bytes), malloc(bytes), malloc(bytes), malloc(bytes), from->count};
-    if (!to->x || !to->y || !to->z || !to->d)
+    if (nsdf_sample_set_create(to, from->count) != 0)
         return -1;
     memcpy(to->x, from->x, bytes);
     memcpy(to->y, from->y, bytes);

@@ -152,7 +152,7 @@ static void shuffle(nsdf_sample_set *set, nsdf_random *random) {
     }
 }
 
-static int allocate(nsdf_sample_set *set, size_t count) {
+int nsdf_sample_set_create(nsdf_sample_set *set, size_t count) {
     size_t size = count < UINT32_MAX ? (count + 1) * sizeof(float) : 0;
     *set = (nsdf_sample_set){0};
     if (size == 0) {
@@ -168,7 +168,7 @@ static int allocate(nsdf_sample_set *set, size_t count) {
 
 int nsdf_sample_frame(const nsdf_sdf *sdf, const nsdf_surface *surface, const nsdf_sampler_params *params,
                       nsdf_random *random, nsdf_sample_set *set) {
-    int result = allocate(set, params->count);
+    int result = nsdf_sample_set_create(set, params->count);
     if (result == 0) {
         result = params->kind == NSDF_SAMPLER_REJECTION ? nsdf_fill_by_rejection(sdf, surface, params, random, set)
                                                         : fill_near(sdf, surface, params, random, set);

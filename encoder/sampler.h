@@ -32,6 +32,8 @@ void nsdf_sampler_defaults(nsdf_sampler_params *params);
  * `sdf` was made of.  Returns 0, or -1 when memory ran out or displaced points are asked of a surface without area. */
 int nsdf_sample_frame(const nsdf_sdf *sdf, const nsdf_surface *surface, const nsdf_sampler_params *params,
                       nsdf_random *random, nsdf_sample_set *set);
+/* Room for `count` samples, of no values yet.  Returns 0, or -1 when memory ran out; the free is due then too. */
+int nsdf_sample_set_create(nsdf_sample_set *set, size_t count);
 void nsdf_sample_set_free(nsdf_sample_set *set);
 
 /* `count` points on the surface, uniform by area: xyz [count][3].  Returns 0, or -1 when memory ran out or the area

@@ -46,13 +46,28 @@ static int normalised_copy(const nsdf_file_header *header, const nsdf_mesh *mesh
     return 0;
 }
 
-static int is_stray(const nsdf_sdf *input, const float point[3]) {
-    return nsdf_sdf_unsigned(input, point, stray_distance, NULL) >= stray_distance;
+/* Which vertices of a decoded surface are astray, found when it is asked for. */
+typedef struct {
+    const nsdf_surface *decoded;
+    const nsdf_sdf *input;
+    uint8_t *answers; /* [vertex]: 0 = not asked yet */
+} astray;
+
+enum { NEAR_INPUT = 1, ASTRAY = 2 };
+
+/* Whether the triangle's first vertex is. */
+static int is_stray(const astray *a, uint32_t triangle) {
+    const uint32_t v = a->decoded->indices[3 * (size_t)triangle];
+    const float *point = a->decoded->positions + 3 * (size_t)v;
+    if (!a->answers[v])
+        a->answers[v] =
+            nsdf_sdf_unsigned(a->input, point, stray_distance, NULL) >= stray_distance ? ASTRAY : NEAR_INPUT;
+    return a->answers[v] == ASTRAY;
 }
 
 /* Marks the pieces, but for the largest, with a vertex away from the input.  Returns 0, or -1 when memory ran out. */
-static int mark_strays(const nsdf_surface *decoded, const nsdf_sdf *input, const uint32_t *piece, uint32_t pieces,
-                       uint8_t *stray) {
+static int mark_strays(const astray *a, const uint32_t *piece, uint32_t pieces, uint8_t *stray) {
+    const nsdf_surface *decoded = a->decoded;
     uint32_t *size = calloc(pieces, sizeof *size), largest = 0;
     if (!size)
         return -1;
@@ -63,8 +78,7 @@ static int mark_strays(const nsdf_surface *decoded, const nsdf_sdf *input, const
     for (uint32_t i = 0; i < decoded->triangle_count; i++) {
         if (piece[i] == largest || stray[piece[i]])
             continue;
-        const float *v = decoded->positions + 3 * (size_t)decoded->indices[3 * (size_t)i];
-        stray[piece[i]] = (uint8_t)is_stray(input, v);
+        stray[piece[i]] = (uint8_t)is_stray(a, i);
     }
     free(size);
     return 0;
@@ -73,13 +87,14 @@ static int mark_strays(const nsdf_surface *decoded, const nsdf_sdf *input, const
 /* What to take of a decoded surface: `wanted[i]` of its triangles' first vertices, spread over all of them, with the
  * distances that the field should have there. */
 static int collect(const nsdf_surface *decoded, const uint8_t *wanted, const nsdf_sdf *sdf, nsdf_sample_set *set) {
-    const size_t bytes = NSDF_MOST_STRAYS * sizeof(float);
-    nsdf_sample_set s = {malloc(bytes), malloc(bytes), malloc(bytes), malloc(bytes), 0};
+    nsdf_sample_set s;
     size_t count = 0, seen = 0;
     for (uint32_t i = 0; i < decoded->triangle_count; i++)
         count += wanted[i];
     const size_t step = 1 + count / NSDF_MOST_STRAYS;
-    for (uint32_t i = 0; s.x && s.y && s.z && s.d && i < decoded->triangle_count; i++) {
+    const int failed = nsdf_sample_set_create(&s, NSDF_MOST_STRAYS);
+    s.count = 0;
+    for (uint32_t i = 0; !failed && i < decoded->triangle_count; i++) {
         const float *v = decoded->positions + 3 * (size_t)decoded->indices[3 * (size_t)i];
         if (!wanted[i] || seen++ % step != 0)
             continue;
@@ -89,17 +104,17 @@ static int collect(const nsdf_surface *decoded, const uint8_t *wanted, const nsd
         s.d[s.count++] = nsdf_sdf_distance(sdf, v);
     }
     *set = s;
-    return s.x && s.y && s.z && s.d ? 0 : -1;
+    return failed;
 }
 
 /* Vertices of stray pieces; of blocks, all that are astray, since theirs often hang on the true surface. */
-static int collect_strays(const nsdf_surface *decoded, const uint32_t *piece, const uint8_t *stray, int blocks,
-                          const nsdf_sdf *input, const nsdf_frame *frame, nsdf_sample_set *set) {
+static int collect_strays(const astray *a, const uint32_t *piece, const uint8_t *stray, int blocks,
+                          const nsdf_frame *frame, nsdf_sample_set *set) {
+    const nsdf_surface *decoded = a->decoded;
     uint8_t *wanted = malloc((size_t)decoded->triangle_count + 1);
     int any = 0, failed = !wanted;
     for (uint32_t i = 0; wanted && i < decoded->triangle_count; i++) {
-        const float *v = decoded->positions + 3 * (size_t)decoded->indices[3 * (size_t)i];
-        wanted[i] = blocks ? (uint8_t)is_stray(input, v) : stray[piece[i]];
+        wanted[i] = blocks ? (uint8_t)is_stray(a, i) : stray[piece[i]];
         any |= wanted[i];
     }
     if (any) {
@@ -133,16 +148,18 @@ static int report_pieces(const nsdf_surface *decoded, const uint32_t *piece, con
 static int find_strays(comparison *c, const nsdf_sdf *input, const nsdf_frame *frame, int blocks,
                        nsdf_sample_set *set) {
     const nsdf_surface *decoded = &c->decoded;
+    const astray a = {decoded, input, calloc((size_t)decoded->vertex_count + 1, 1)};
     uint32_t *piece = malloc(sizeof *piece * ((size_t)decoded->triangle_count + 1));
     int64_t pieces = piece ? nsdf_surface_components(decoded, piece) : -1;
     uint8_t *stray = pieces > 0 ? calloc((size_t)pieces, 1) : NULL;
-    int failed = pieces < 0 || (pieces > 0 && !stray);
-    if (stray) {
-        failed = mark_strays(decoded, input, piece, (uint32_t)pieces, stray) != 0 ||
+    int failed = !a.answers || pieces < 0 || (pieces > 0 && !stray);
+    if (stray && a.answers) {
+        failed = mark_strays(&a, piece, (uint32_t)pieces, stray) != 0 ||
                  report_pieces(decoded, piece, stray, (uint32_t)pieces, &c->pieces) != 0;
         if (!failed && (blocks || c->pieces.stray))
-            failed = collect_strays(decoded, piece, stray, blocks, input, frame, set) != 0;
+            failed = collect_strays(&a, piece, stray, blocks, frame, set) != 0;
     }
+    free(a.answers);
     free(piece);
     free(stray);
     return failed ? -1 : 0;
