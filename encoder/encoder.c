@@ -18,6 +18,7 @@
 #include <string.h>
 
 static const float provisional_bound = 64.0f;
+static const double highest_bound = 64.0;
 static const float largest_speck = 0.125f;
 
 /* Share of every frame's surface that has to lie in blocks, or else the model is the network. */
@@ -393,18 +394,30 @@ static void forget_strays(run *r) {
         memset(r->strays, 0, r->encoder->frames.count * sizeof *r->strays);
 }
 
+/* Verification extracts blocks with at least this bound, which finds small pieces that the file's might leave out; the
+ * file gets the bound that they need, and a little more for resolutions that were not tried. */
+static const double least_verified = 2.0, bound_margin = 1.05;
+
 static nsdf_status verify(run *r, const nsdf_check_job *job) {
     nsdf_encoder *e = r->encoder;
+    const double bound = (double)e->header.extraction_bound;
     nsdf_piece_report pieces;
+    if (e->blocks.values)
+        e->header.extraction_bound = (float)fmax(bound, least_verified);
     nsdf_sample_set *strays = r->strays + (e->shown.frames - e->frames.frames);
-    nsdf_status status = nsdf_verify_file(job, r->workers, &e->file, &e->quality, &pieces, strays, r->error);
+    nsdf_status status = assemble(r, NULL);
+    if (status == NSDF_OK)
+        status = nsdf_verify_file(job, r->workers, &e->file, &e->quality, &pieces, strays, r->error);
     if (status == NSDF_OK && nsdf_specks_can_go(&pieces, &e->frames, &e->options, &e->entry.smallest_piece)) {
         forget_strays(r);
         status = assemble(r, NULL);
         if (status == NSDF_OK)
             status = nsdf_verify_file(job, r->workers, &e->file, &e->quality, &pieces, strays, r->error);
     }
-    e->stats.stray_pieces = pieces.stray;
+    if (status == NSDF_OK) {
+        e->stats.stray_pieces = pieces.stray;
+        e->header.extraction_bound = (float)fmax(bound, fmin(bound_margin * pieces.bound, highest_bound));
+    }
     return status;
 }
 
@@ -416,11 +429,9 @@ static nsdf_status measure(run *r, double *seconds_bound) {
     nsdf_status status =
         nsdf_measure_bound(&job, &e->file, e->blocks.values != NULL, &e->header.extraction_bound, r->error);
     *seconds_bound = nsdf_clock() - began;
-    e->stats.bound = (double)e->header.extraction_bound;
     if (status == NSDF_OK)
-        status = assemble(r, NULL);
-    if (status == NSDF_OK && e->options.verify)
-        status = verify(r, &job);
+        status = e->options.verify ? verify(r, &job) : assemble(r, NULL);
+    e->stats.bound = (double)e->header.extraction_bound;
     e->measured = status == NSDF_OK;
     e->measured_hash = r->segment.hash;
     e->measured_piece = e->entry.smallest_piece;

@@ -59,7 +59,7 @@ nsdf_status nsdf_rate_quick_error(const nsdf_rate_job *job, const nsdf_coded_seg
     nsdf_frame few[QUICK_FRAMES];
     const nsdf_frames some = some_of(job->shown, few);
     nsdf_index_entry entry = job->entry;
-    nsdf_piece_report pieces = {0, 0.0f, 0.0f};
+    nsdf_piece_report pieces = {0, 0.0f, 0.0f, 0.0};
     nsdf_buffer file = {NULL, 0, 0, 0};
     nsdf_status status = NSDF_OK;
     for (int again = 1, round = 0; status == NSDF_OK && again; round++) {

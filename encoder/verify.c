@@ -1,5 +1,6 @@
 #include "verify.h"
 
+#include "bound_pieces.h"
 #include "fit.h"
 #include "surface_error.h"
 
@@ -16,7 +17,9 @@ static const float speck_margin = 1.1f;
 
 typedef struct {
     nsdf_mesh *mesh;
-    nsdf_surface decoded;         /* normalised copy */
+    nsdf_surface decoded; /* normalised copy */
+    uint32_t *piece;      /* [its triangles] */
+    uint32_t piece_count;
     nsdf_distance_stats stats[2]; /* to decoded, to input */
     nsdf_piece_report pieces;
     int failed;
@@ -149,20 +152,27 @@ static int find_strays(comparison *c, const nsdf_sdf *input, const nsdf_frame *f
                        nsdf_sample_set *set) {
     const nsdf_surface *decoded = &c->decoded;
     const astray a = {decoded, input, calloc((size_t)decoded->vertex_count + 1, 1)};
-    uint32_t *piece = malloc(sizeof *piece * ((size_t)decoded->triangle_count + 1));
-    int64_t pieces = piece ? nsdf_surface_components(decoded, piece) : -1;
+    c->piece = malloc(sizeof *c->piece * ((size_t)decoded->triangle_count + 1));
+    const int64_t pieces = c->piece ? nsdf_surface_components(decoded, c->piece) : -1;
     uint8_t *stray = pieces > 0 ? calloc((size_t)pieces, 1) : NULL;
     int failed = !a.answers || pieces < 0 || (pieces > 0 && !stray);
+    c->piece_count = pieces > 0 ? (uint32_t)pieces : 0;
     if (stray && a.answers) {
-        failed = mark_strays(&a, piece, (uint32_t)pieces, stray) != 0 ||
-                 report_pieces(decoded, piece, stray, (uint32_t)pieces, &c->pieces) != 0;
+        failed = mark_strays(&a, c->piece, c->piece_count, stray) != 0 ||
+                 report_pieces(decoded, c->piece, stray, c->piece_count, &c->pieces) != 0;
         if (!failed && (blocks || c->pieces.stray))
-            failed = collect_strays(&a, piece, stray, blocks, frame, set) != 0;
+            failed = collect_strays(&a, c->piece, stray, blocks, frame, set) != 0;
     }
     free(a.answers);
-    free(piece);
     free(stray);
     return failed ? -1 : 0;
+}
+
+static void forget_frame(comparison *c) {
+    nsdf_surface_free(&c->decoded);
+    free(c->piece);
+    c->piece = NULL;
+    c->piece_count = 0;
 }
 
 /* An empty decoded frame is as far away as the domain is large. */
@@ -178,7 +188,7 @@ static void compare_one(void *data, uint32_t index, uint32_t worker) {
     (void)worker;
     c->failed = 1;
     memset(c->stats, 0, sizeof c->stats);
-    c->pieces = (nsdf_piece_report){0, 0.0f, INFINITY};
+    c->pieces = (nsdf_piece_report){0, 0.0f, INFINITY, 0.0};
     if (normalised_copy(g->job->header, c->mesh, &c->decoded) == 0) {
         nsdf_sdf *input = nsdf_sdf_create(&frame->surface, frame->sign);
         nsdf_sdf *decoded = c->decoded.triangle_count ? nsdf_sdf_create(&c->decoded, NSDF_SIGN_PSEUDO_NORMAL) : NULL;
@@ -194,7 +204,6 @@ static void compare_one(void *data, uint32_t index, uint32_t worker) {
         nsdf_sdf_free(input);
         nsdf_sdf_free(decoded);
     }
-    nsdf_surface_free(&c->decoded);
 }
 
 static void add_to_quality(const comparison *c, nsdf_quality_record *q) {
@@ -207,30 +216,53 @@ static void add_to_quality(const comparison *c, nsdf_quality_record *q) {
     q->frames++;
 }
 
+static nsdf_status time_of(const group *g, nsdf_decoder *decoder, uint32_t i, double *t) {
+    const nsdf_frames *frames = g->job->frames;
+    return nsdf_frame_time(decoder, frames->frames[g->first + i].number - frames->frames[0].number, t);
+}
+
+static nsdf_status find_bound(const group *g, nsdf_decoder *decoder, uint32_t i, double *bound) {
+    const comparison *c = &g->items[i];
+    double t = 0.0;
+    const nsdf_status status = time_of(g, decoder, i, &t);
+    return status == NSDF_OK
+               ? nsdf_bound_of_pieces(decoder, t, g->job->header, &c->decoded, c->piece, c->piece_count, bound)
+               : status;
+}
+
+static void add_to_report(const nsdf_piece_report *found, nsdf_piece_report *report) {
+    report->stray += found->stray;
+    report->largest_stray = fmaxf(report->largest_stray, found->largest_stray);
+    report->smallest_true = fminf(report->smallest_true, found->smallest_true);
+}
+
+static nsdf_status fail_at(const group *g, uint32_t i, nsdf_status status, nsdf_encoder_error *error) {
+    return nsdf_encoder_fail(error, status, "verify: frame %u: %s", g->job->frames->frames[g->first + i].number,
+                             nsdf_status_string(status));
+}
+
 static nsdf_status verify_group(group *g, nsdf_decoder *decoder, nsdf_workers *workers, uint32_t count,
                                 nsdf_quality_record *quality, nsdf_piece_report *pieces, nsdf_encoder_error *error) {
-    const nsdf_frames *frames = g->job->frames;
     for (uint32_t i = 0; i < count; i++) {
         double t = 0.0;
-        nsdf_status status =
-            nsdf_frame_time(decoder, frames->frames[g->first + i].number - frames->frames[0].number, &t);
+        nsdf_status status = time_of(g, decoder, i, &t);
         if (status == NSDF_OK)
             status = nsdf_extract_mesh(decoder, t, NULL, &g->items[i].mesh);
         if (status != NSDF_OK)
-            return nsdf_encoder_fail(error, status, "verify: frame %u: %s", frames->frames[g->first + i].number,
-                                     nsdf_status_string(status));
+            return fail_at(g, i, status, error);
     }
     nsdf_workers_run(workers, count, compare_one, g);
+    nsdf_status status = NSDF_OK;
     for (uint32_t i = 0; i < count; i++) {
-        if (g->items[i].failed)
-            return nsdf_encoder_fail(error, NSDF_NO_MEMORY, "verify: out of memory");
+        if (status == NSDF_OK)
+            status = g->items[i].failed ? NSDF_NO_MEMORY : find_bound(g, decoder, i, &pieces->bound);
+        if (status != NSDF_OK)
+            (void)fail_at(g, i, status, error);
         add_to_quality(&g->items[i], quality);
-        const nsdf_piece_report *found = &g->items[i].pieces;
-        pieces->stray += found->stray;
-        pieces->largest_stray = fmaxf(pieces->largest_stray, found->largest_stray);
-        pieces->smallest_true = fminf(pieces->smallest_true, found->smallest_true);
+        add_to_report(&g->items[i].pieces, pieces);
+        forget_frame(&g->items[i]);
     }
-    return NSDF_OK;
+    return status;
 }
 
 bool nsdf_specks_can_go(const nsdf_piece_report *pieces, const nsdf_frames *frames, const nsdf_encoder_options *options,
@@ -252,7 +284,7 @@ nsdf_status nsdf_verify_file(const nsdf_check_job *job, nsdf_workers *workers, c
     nsdf_status status = g.items ? nsdf_open_memory(&decoder, file->data, file->size, NULL, NULL) : NSDF_NO_MEMORY;
     double began = nsdf_clock();
     memset(quality, 0, sizeof *quality);
-    *pieces = (nsdf_piece_report){0, 0.0f, INFINITY};
+    *pieces = (nsdf_piece_report){0, 0.0f, INFINITY, 0.0};
     if (status != NSDF_OK)
         (void)nsdf_encoder_fail(error, status, "verify: %s", nsdf_status_string(status));
     for (; status == NSDF_OK && g.first < count; g.first += stretch) {
