@@ -116,52 +116,35 @@ typedef struct lane_sums {
     lanes weight, value, weight_slope[3], value_slope[3];
 } lane_sums;
 
-/* Places of points in a ball, and 1 - |u|^2, which is positive for those that the ball holds. */
+/* Points as seen from a ball's centre, and 1 - |u|^2 of those that the ball holds, 0 of the others. */
 typedef struct lane_places {
-    lanes u[3], root;
+    lanes d[3], root;
 } lane_places;
 
 INLINE void place_in_ball(const nsdf_block *block, const lanes x[3], lane_places *at) {
-    const float *m = block->map;
-    lanes *u = at->u;
-    for (int row = 0; row < 3; row++)
-        u[row] = m[4 * row] * x[0] + m[4 * row + 1] * x[1] + m[4 * row + 2] * x[2] + m[4 * row + 3];
-    at->root = 1.0f - (u[0] * u[0] + u[1] * u[1] + u[2] * u[2]);
+    for (int axis = 0; axis < 3; axis++)
+        at->d[axis] = x[axis] - block->centre[axis];
+    const lanes root = 1.0f - nsdf_quadratic_value(block->shape, at->d);
+    at->root = masked(root > 0.0f, root);
 }
 
-/* The balls that hold some of the points, half of those whose reach meets their box: found without a branch, which
- * nobody could foresee.  Returns how many. */
-INLINE uint32_t hold_points(const nsdf_block *blocks, const uint32_t *list, uint32_t count, const lanes x[3],
-                            uint32_t *held) {
-    uint32_t n = 0;
-    for (uint32_t i = 0; i < count; i++) {
-        lane_places at;
-        place_in_ball(&blocks[list[i]], x, &at);
-        held[n] = list[i];
-        n += LANE_BITS(at.root > 0.0f) != 0;
-    }
-    return n;
-}
-
-/* One block at points in its ball or beyond; slopes only if wanted. */
+/* One block at points in its ball or beyond, where all it adds is 0; slopes only if wanted. */
 INLINE void add_block(const nsdf_block *block, uint32_t degree, int slopes, const lane_places *at, lane_sums *sums) {
-    const float *m = block->map, life = block->life;
-    const lanes *u = at->u, root = at->root;
-    const lane_masks inside = root > 0.0f;
-    const lanes weight = life * root * root, value = nsdf_block_value(block->terms, degree, u);
-    lanes slope[3];
-    sums->weight += masked(inside, weight);
-    sums->value += masked(inside, weight * value);
+    const float life = block->life;
+    const lanes *d = at->d, root = at->root;
+    const lanes weight = life * root * root, value = nsdf_block_value(block->terms, degree, d);
+    lanes away[3], slope[3];
+    sums->weight += weight;
+    sums->value += weight * value;
     if (!slopes)
         return;
-    const lanes fall = -4.0f * life * root;
-    nsdf_block_slope(block->terms, degree, u, slope);
+    const lanes fall = -2.0f * life * root;
+    nsdf_quadratic_slope(block->shape, d, away);
+    nsdf_block_slope(block->terms, degree, d, slope);
     for (int axis = 0; axis < 3; axis++) {
-        /* half the slope of |u|^2 */
-        const lanes along = m[axis] * u[0] + m[4 + axis] * u[1] + m[8 + axis] * u[2], w = fall * along;
-        const lanes v = w * value + weight * (m[axis] * slope[0] + m[4 + axis] * slope[1] + m[8 + axis] * slope[2]);
-        sums->weight_slope[axis] += masked(inside, w);
-        sums->value_slope[axis] += masked(inside, v);
+        const lanes w = fall * away[axis];
+        sums->weight_slope[axis] += w;
+        sums->value_slope[axis] += w * value + weight * slope[axis];
     }
 }
 
@@ -178,11 +161,7 @@ INLINE void sum_lanes(const nsdf_block *blocks, const uint32_t *list, uint32_t c
                       const float x[3][NSDF_BLOCK_POINTS], int first, nsdf_block_sums *sums) {
     const lanes at[3] = {load(x[0] + first), load(x[1] + first), load(x[2] + first)};
     lane_sums s = {{0}, {0}, {{0}, {0}, {0}}, {{0}, {0}, {0}}};
-    uint32_t held[NSDF_NEAR_MOST];
-    if (slopes)
-        sum_list(blocks, held, hold_points(blocks, list, count, at, held), degree, 1, at, &s);
-    else
-        sum_list(blocks, list, count, degree, 0, at, &s);
+    sum_list(blocks, list, count, degree, slopes, at, &s);
     store(sums->weight + first, s.weight);
     store(sums->value + first, s.value);
     for (int axis = 0; slopes && axis < 3; axis++) {

@@ -1,8 +1,11 @@
 /* Moving blocks at one time: balls that follow the surface, each with a polynomial that is the signed distance near it
  * (multi-level partition of unity implicits, Ohtake et al. 2003, on moving frames).
  *
- *     u_k = U_k x + v_k       the ball's own coordinates, |u_k| < 1 inside
+ *     u_k = U_k (x - c_k)     the ball's own coordinates, |u_k| < 1 inside
  *     f   = sum_k w_k p_k(u_k) / sum_k w_k,   w_k = life_k (1 - |u_k|^2)^2
+ *
+ * Polynomials of u are polynomials of d = x - c, and |u|^2 is a quadratic form of d: composing works both out, so that
+ * points are not mapped into each ball, nor slopes back.
  *
  * Outside of all balls there is no surface: |f| = max(|x - c| - r / 2, r / 4) for the nearest centre c and its radius
  * r, and the sign tells on which side of the blocks, taken as oriented elements of surface, the point lies. */
@@ -14,12 +17,13 @@
 
 enum { NSDF_BLOCK_TERMS = 20 };
 
-/* One block at one time. */
+/* One block at one time, a whole number of cache lines. */
 typedef struct nsdf_block {
-    float map[12]; /* [3][4]: rows of U and v */
-    float radius;  /* of the ball at rest; 0 when the block is not there at this time */
+    _Alignas(64) float centre[3];
+    float radius; /* of the ball at rest; 0 when the block is not there at this time */
     float life;
-    float terms[NSDF_BLOCK_TERMS]; /* coefficients of monomials, see blocks_compose.c */
+    float shape[6];                /* |u|^2 = d^T U^T U d by the monomials of second degree of d */
+    float terms[NSDF_BLOCK_TERMS]; /* the polynomial by monomials of d */
 } nsdf_block;
 
 enum {
@@ -54,6 +58,7 @@ typedef struct nsdf_blocks {
     const nsdf_blocks_desc *desc;
     const float *values;                   /* the part's parameters */
     nsdf_block *blocks;                    /* [block_count] */
+    float (*own_terms)[NSDF_BLOCK_TERMS];  /* [block_count]: polynomials by monomials of u */
     float largest_radius;                  /* of all balls, at rest */
     int moving;                            /* some coefficients are splines over time */
     double *bones;                         /* [bone_count][12]: [3][4] rows of M and the centre's position */

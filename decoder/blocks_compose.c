@@ -15,7 +15,8 @@ static uint64_t rounded_up(uint64_t bytes) {
 uint64_t nsdf_blocks_storage(const nsdf_blocks_desc *desc) {
     const uint64_t k = desc->block_count;
     const uint32_t groups = nsdf_block_groups(desc->block_count);
-    return rounded_up(k * sizeof(nsdf_block)) + rounded_up(groups * sizeof(nsdf_block_group)) +
+    return rounded_up(k * sizeof(nsdf_block)) + rounded_up(k * sizeof(float[NSDF_BLOCK_TERMS])) +
+           rounded_up(groups * sizeof(nsdf_block_group)) +
            rounded_up(nsdf_block_groups(groups) * sizeof(nsdf_group_balls)) +
            rounded_up(groups * sizeof(nsdf_block_boxes)) +
            rounded_up(nsdf_block_groups(groups) * sizeof(nsdf_block_boxes)) +
@@ -77,7 +78,7 @@ static void make_terms(const nsdf_blocks *b, const coefficients_at *at, uint32_t
         for (uint32_t i = 0; i < LOWER_TERMS; i++)
             terms[k][lower_terms[i].to] += terms[k][lower_terms[i].from] * lower_terms[i].factor;
         for (uint32_t i = 0; i < NSDF_BLOCK_TERMS; i++)
-            b->blocks[first + k].terms[i] = (float)terms[k][i];
+            b->own_terms[first + k][i] = (float)terms[k][i];
     }
 }
 
@@ -94,6 +95,7 @@ void nsdf_blocks_init(nsdf_blocks *blocks, const nsdf_blocks_desc *desc, const f
     blocks->desc = desc;
     blocks->values = values;
     blocks->blocks = cut(&rest, k * sizeof(nsdf_block));
+    blocks->own_terms = cut(&rest, k * sizeof(float[NSDF_BLOCK_TERMS]));
     blocks->groups = cut(&rest, groups * sizeof(nsdf_block_group));
     blocks->balls = cut(&rest, nsdf_block_groups(groups) * sizeof(nsdf_group_balls));
     blocks->boxes = cut(&rest, groups * sizeof(nsdf_block_boxes));
@@ -165,8 +167,8 @@ static double life_at(const float life[2], double fade, double u) {
     return in < 1.0 ? in : 1.0;
 }
 
-/* U = M^-1 / radius by cofactors, v = -U c.  Returns whether all is finite. */
-static int invert_pose(const double p[12], double radius, float map[12]) {
+/* U = M^-1 / radius by cofactors.  Returns whether all of it, and of U c, is finite as floats. */
+static int invert_pose(const double p[12], double radius, double map[9]) {
     const double cofactor[9] = {p[5] * p[10] - p[6] * p[9], p[2] * p[9] - p[1] * p[10], p[1] * p[6] - p[2] * p[5],
                                 p[6] * p[8] - p[4] * p[10], p[0] * p[10] - p[2] * p[8], p[2] * p[4] - p[0] * p[6],
                                 p[4] * p[9] - p[5] * p[8],  p[1] * p[8] - p[0] * p[9],  p[0] * p[5] - p[1] * p[4]};
@@ -176,12 +178,11 @@ static int invert_pose(const double p[12], double radius, float map[12]) {
         double offset = 0.0;
         for (int axis = 0; axis < 3; axis++) {
             const double entry = cofactor[3 * row + axis] * scale;
-            map[4 * row + axis] = (float)entry;
+            map[3 * row + axis] = entry;
             offset -= entry * p[4 * axis + 3];
-            finite &= isfinite(map[4 * row + axis]) != 0;
+            finite &= isfinite((float)entry) != 0;
         }
-        map[4 * row + 3] = (float)offset;
-        finite &= isfinite(map[4 * row + 3]) != 0;
+        finite &= isfinite((float)offset) != 0;
     }
     return finite;
 }
@@ -209,39 +210,104 @@ static float reach_of(const double p[12], double radius) {
     return (float)(1.0001 * radius * sqrt(most));
 }
 
+/* Which monomial of second degree d_a d_b is. */
+static const uint8_t quadratic_of[3][3] = {{0, 1, 2}, {1, 3, 4}, {2, 4, 5}};
+
+/* The quadratic form q of u = U d, as one of d: U^T H U with q's matrix H. */
+static void turn_quadratic(const double map[9], const double q[6], double out[6]) {
+    double half[3][3]; /* H U */
+    for (int i = 0; i < 3; i++)
+        for (int b = 0; b < 3; b++) {
+            half[i][b] = 0.0;
+            for (int j = 0; j < 3; j++)
+                half[i][b] += (i == j ? q[quadratic_of[i][j]] : 0.5 * q[quadratic_of[i][j]]) * map[3 * j + b];
+        }
+    for (int a = 0; a < 3; a++)
+        for (int b = a; b < 3; b++) {
+            const double sum = map[a] * half[0][b] + map[3 + a] * half[1][b] + map[6 + a] * half[2][b];
+            out[quadratic_of[a][b]] = a == b ? sum : 2.0 * sum;
+        }
+}
+
+/* Which monomial of third degree d_a times the quadratic monomial q is. */
+static const uint8_t cubic_of[3][6] = {{0, 1, 2, 3, 4, 5}, {1, 3, 4, 6, 7, 8}, {2, 4, 5, 7, 8, 9}};
+
+/* The cubic form, u_x (c[0] to c[5]) + u_y (c[6] to c[8]) + u_z c[9] with quadratic ones. */
+static void turn_cubic(const double map[9], const double c[10], double out[10]) {
+    const double factor[3][6] = {
+        {c[0], c[1], c[2], c[3], c[4], c[5]}, {0, 0, 0, c[6], c[7], c[8]}, {0, 0, 0, 0, 0, c[9]}};
+    memset(out, 0, 10 * sizeof *out);
+    for (int i = 0; i < 3; i++) {
+        double turned[6];
+        turn_quadratic(map, factor[i], turned);
+        for (int a = 0; a < 3; a++)
+            for (int q = 0; q < 6; q++)
+                out[cubic_of[a][q]] += map[3 * i + a] * turned[q];
+    }
+}
+
+/* So far below the largest number that what it is multiplied by a weight of 0 with is finite. */
+static float limited(double value) {
+    const float most = 1e18f, single = (float)value;
+    return !(single > -most) ? -most : single < most ? single : most;
+}
+
+/* The block's polynomial and its weight as functions of x - centre. */
+static void turn_block(nsdf_block *block, const float own[NSDF_BLOCK_TERMS], uint32_t degree, const double map[9]) {
+    static const double unit[6] = {1, 0, 0, 1, 0, 1};
+    const uint32_t terms = nsdf_block_term(degree + 1, 0, 0);
+    double from[NSDF_BLOCK_TERMS] = {0}, shape[6], to[NSDF_BLOCK_TERMS];
+    for (uint32_t i = 0; i < terms; i++)
+        from[i] = (double)own[i];
+    to[0] = from[0];
+    for (int a = 0; a < 3; a++)
+        to[1 + a] = map[a] * from[1] + map[3 + a] * from[2] + map[6 + a] * from[3];
+    if (degree >= 2)
+        turn_quadratic(map, from + 4, to + 4);
+    if (degree >= 3)
+        turn_cubic(map, from + 10, to + 10);
+    turn_quadratic(map, unit, shape);
+    for (uint32_t i = 0; i < terms; i++)
+        block->terms[i] = limited(to[i]);
+    for (int i = 0; i < 6; i++)
+        block->shape[i] = limited(shape[i]);
+}
+
 /* At rest the block stands for the area pi r^2 / 5 across the slope g of its polynomial's linear part; the map M = U^-1
- * / r takes the area vector n A to det(M) M^-T n A = U^T n A / (r^2 det U).  Over 4 pi. */
-static void place_block(nsdf_blocks *blocks, uint32_t k, const double pose[12]) {
-    const nsdf_block *block = &blocks->blocks[k];
-    float centre[3], dipole[3], box[6];
-    const float *m = block->map, *g = block->terms + 1;
+ * / r takes the area vector n A to det(M) M^-T n A = U^T n A / (r^2 det U), and U^T g is the slope here.  Over 4 pi. */
+static void place_block(nsdf_blocks *blocks, uint32_t k, const double pose[12], const double m[9]) {
+    nsdf_block *block = &blocks->blocks[k];
+    float dipole[3], box[6];
+    const float *g = blocks->own_terms[k] + 1;
     const float length = sqrtf(g[0] * g[0] + g[1] * g[1] + g[2] * g[2]);
-    const float det =
-        m[0] * (m[5] * m[10] - m[6] * m[9]) - m[1] * (m[4] * m[10] - m[6] * m[8]) + m[2] * (m[4] * m[9] - m[5] * m[8]);
-    const float scale = length > 0.0f ? block->life / (20.0f * length * det) : 0.0f;
+    const double det =
+        m[0] * (m[4] * m[8] - m[5] * m[7]) - m[1] * (m[3] * m[8] - m[5] * m[6]) + m[2] * (m[3] * m[7] - m[4] * m[6]);
+    const float scale = length > 0.0f ? block->life / (20.0f * length * (float)det) : 0.0f;
     for (int axis = 0; axis < 3; axis++) {
-        dipole[axis] = scale * (m[axis] * g[0] + m[4 + axis] * g[1] + m[8 + axis] * g[2]);
-        centre[axis] = (float)pose[4 * axis + 3];
+        block->centre[axis] = (float)pose[4 * axis + 3];
+        dipole[axis] = scale * block->terms[1 + axis];
     }
     box_of(pose, (double)block->radius, box);
-    nsdf_blocks_set_place(blocks, k, centre, dipole, reach_of(pose, (double)block->radius), box);
+    nsdf_blocks_set_place(blocks, k, block->centre, dipole, reach_of(pose, (double)block->radius), box);
 }
 
 static void compose_block(const block_moment *m, uint32_t k) {
     nsdf_blocks *b = m->blocks;
     nsdf_block *block = &b->blocks[k];
-    double pose[12];
+    double pose[12], map[9];
     block->life = (float)life_at(m->lives + 2 * (size_t)k, (double)b->desc->fade, m->u);
     block->radius = 0.0f;
     if (block->life > 0.0f) {
         blend_pose(m, k, pose);
-        if (invert_pose(pose, (double)m->radii[k], block->map))
+        if (invert_pose(pose, (double)m->radii[k], map))
             block->radius = m->radii[k];
     }
-    if (block->radius > 0.0f)
-        place_block(b, k, pose);
-    else
+    if (block->radius > 0.0f) {
+        turn_block(block, b->own_terms[k], b->desc->degree, map);
+        place_block(b, k, pose, map);
+    } else {
         nsdf_blocks_remove_place(b, k);
+    }
 }
 
 enum { GROUPS_PER_TASK = 4 };

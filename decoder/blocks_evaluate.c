@@ -16,37 +16,30 @@ typedef struct part {
 
 /* ---- Inside the balls -------------------------------------------------------------------------------------- */
 
-static inline void to_ball(const nsdf_block *block, const float x[3], float u[3]) {
-    const float *m = block->map;
-    for (int row = 0; row < 3; row++)
-        u[row] = m[4 * row] * x[0] + m[4 * row + 1] * x[1] + m[4 * row + 2] * x[2] + m[4 * row + 3];
-}
-
-static void add_slopes(const nsdf_block *block, uint32_t degree, const float u[3], float root, float weight,
+static void add_slopes(const nsdf_block *block, uint32_t degree, const float d[3], float root, float weight,
                        float value, nsdf_block_sums *s, size_t p) {
-    float slope[3];
-    nsdf_block_slope(block->terms, degree, u, slope);
+    const float fall = -2.0f * block->life * root;
+    float away[3], slope[3];
+    nsdf_quadratic_slope(block->shape, d, away);
+    nsdf_block_slope(block->terms, degree, d, slope);
     for (int axis = 0; axis < 3; axis++) {
-        const float *m = block->map + axis;
-        const float along = m[0] * u[0] + m[4] * u[1] + m[8] * u[2]; /* half the slope of |u|^2 */
-        const float w = -4.0f * block->life * root * along;
+        const float w = fall * away[axis];
         s->weight_slope[axis][p] += w;
-        s->value_slope[axis][p] += w * value + weight * (m[0] * slope[0] + m[4] * slope[1] + m[8] * slope[2]);
+        s->value_slope[axis][p] += w * value + weight * slope[axis];
     }
 }
 
 static void add_ball(const nsdf_block *block, uint32_t degree, const float x[3], int slopes, size_t p,
                      nsdf_block_sums *sums) {
-    float u[3];
-    to_ball(block, x, u);
-    const float root = 1.0f - (u[0] * u[0] + u[1] * u[1] + u[2] * u[2]);
+    const float d[3] = {x[0] - block->centre[0], x[1] - block->centre[1], x[2] - block->centre[2]};
+    const float root = 1.0f - nsdf_quadratic_value(block->shape, d);
     if (!(root > 0.0f))
         return;
-    const float weight = block->life * root * root, value = nsdf_block_value(block->terms, degree, u);
+    const float weight = block->life * root * root, value = nsdf_block_value(block->terms, degree, d);
     sums->weight[p] += weight;
     sums->value[p] += weight * value;
     if (slopes)
-        add_slopes(block, degree, u, root, weight, value, sums, p);
+        add_slopes(block, degree, d, root, weight, value, sums, p);
 }
 
 void nsdf_blocks_describe(const nsdf_blocks *b, nsdf_near_blocks *near) {

@@ -11,53 +11,45 @@
 
 enum { CORNERS = 16, STEPS = 4 };
 
-/* Value and gradient of the block's polynomial in its own coordinates. */
-static double polynomial(const nsdf_block *block, uint32_t degree, const double u[3], double gradient[3]) {
+/* Value and gradient of the block's polynomial at d from its centre. */
+static double polynomial(const nsdf_block *block, uint32_t degree, const double d[3], double gradient[3]) {
     double sum = 0;
     memset(gradient, 0, 3 * sizeof *gradient);
     for (uint32_t a = 0; a <= degree; a++)
         for (uint32_t b = 0; a + b <= degree; b++)
             for (uint32_t c = 0; a + b + c <= degree; c++) {
                 const double k = (double)block->terms[nsdf_block_term(a, b, c)];
-                const double x = pow(u[0], a), y = pow(u[1], b), z = pow(u[2], c);
+                const double x = pow(d[0], a), y = pow(d[1], b), z = pow(d[2], c);
                 sum += k * x * y * z;
-                gradient[0] += a ? k * a * pow(u[0], a - 1) * y * z : 0;
-                gradient[1] += b ? k * b * x * pow(u[1], b - 1) * z : 0;
-                gradient[2] += c ? k * c * x * y * pow(u[2], c - 1) : 0;
+                gradient[0] += a ? k * a * pow(d[0], a - 1) * y * z : 0;
+                gradient[1] += b ? k * b * x * pow(d[1], b - 1) * z : 0;
+                gradient[2] += c ? k * c * x * y * pow(d[2], c - 1) : 0;
             }
     return sum;
 }
 
-/* Moves u onto the zero set along the gradient. */
-static void project(const nsdf_block *block, uint32_t degree, double u[3]) {
+/* Moves d onto the zero set along the gradient. */
+static void project(const nsdf_block *block, uint32_t degree, double d[3]) {
     for (int step = 0; step < STEPS; step++) {
         double g[3];
-        const double f = polynomial(block, degree, u, g), square = g[0] * g[0] + g[1] * g[1] + g[2] * g[2];
+        const double f = polynomial(block, degree, d, g), square = g[0] * g[0] + g[1] * g[1] + g[2] * g[2];
         for (int i = 0; i < 3 && square > 0; i++)
-            u[i] -= f * g[i] / square;
+            d[i] -= f * g[i] / square;
     }
 }
 
-/* World position of a point in the block's coordinates: x = U^-1 (u - v). */
-static void to_world(const nsdf_block *block, const nsdf_file_header *header, const double u[3], double x[3]) {
-    const float *m = block->map;
-    double a[3][3], right[3], det = 0;
-    for (int i = 0; i < 3; i++) {
-        for (int k = 0; k < 3; k++)
-            a[i][k] = (double)m[4 * i + k];
-        right[i] = u[i] - (double)m[4 * i + 3];
-    }
-    double cofactor[3][3];
-    for (int i = 0; i < 3; i++)
-        for (int k = 0; k < 3; k++)
-            cofactor[i][k] = a[(i + 1) % 3][(k + 1) % 3] * a[(i + 2) % 3][(k + 2) % 3] -
-                             a[(i + 1) % 3][(k + 2) % 3] * a[(i + 2) % 3][(k + 1) % 3];
+/* How far the ball's rim is from its centre along a vector, over the vector's length. */
+static double rim(const nsdf_block *block, const double v[3]) {
+    const float *q = block->shape;
+    return 1.0 / sqrt((double)q[0] * v[0] * v[0] + (double)q[1] * v[0] * v[1] + (double)q[2] * v[0] * v[2] +
+                      (double)q[3] * v[1] * v[1] + (double)q[4] * v[1] * v[2] + (double)q[5] * v[2] * v[2]);
+}
+
+static void write_vertex(FILE *file, const nsdf_block *block, const nsdf_file_header *header, const double d[3]) {
+    double x[3];
     for (int k = 0; k < 3; k++)
-        det += a[0][k] * cofactor[0][k];
-    for (int k = 0; k < 3; k++) {
-        const double sum = cofactor[0][k] * right[0] + cofactor[1][k] * right[1] + cofactor[2][k] * right[2];
-        x[k] = sum / det * header->scale + header->centre[k];
-    }
+        x[k] = ((double)block->centre[k] + d[k]) * header->scale + header->centre[k];
+    fprintf(file, "v %.6g %.6g %.6g\n", x[0], x[1], x[2]);
 }
 
 /* Two vectors across n that make a right-handed system with it. */
@@ -78,7 +70,7 @@ static void across(const double n[3], double s[3], double t[3]) {
 /* A disc of triangles round the middle; returns the vertices written. */
 static uint32_t write_patch(FILE *file, const nsdf_block *block, uint32_t degree, const nsdf_file_header *header,
                             double share, uint32_t first) {
-    double middle[3] = {0, 0, 0}, n[3], s[3], t[3], x[3], length = 0;
+    double middle[3] = {0, 0, 0}, n[3], s[3], t[3], length = 0;
     project(block, degree, middle);
     (void)polynomial(block, degree, middle, n);
     for (int i = 0; i < 3; i++)
@@ -86,16 +78,16 @@ static uint32_t write_patch(FILE *file, const nsdf_block *block, uint32_t degree
     for (int i = 0; i < 3; i++)
         n[i] /= sqrt(length);
     across(n, s, t);
-    to_world(block, header, middle, x);
-    fprintf(file, "v %.6g %.6g %.6g\n", x[0], x[1], x[2]);
+    write_vertex(file, block, header, middle);
     for (int c = 0; c < CORNERS; c++) {
         const double angle = 2 * acos(-1.0) * c / CORNERS;
-        double u[3];
+        double way[3], d[3];
         for (int i = 0; i < 3; i++)
-            u[i] = middle[i] + share * (cos(angle) * s[i] + sin(angle) * t[i]);
-        project(block, degree, u);
-        to_world(block, header, u, x);
-        fprintf(file, "v %.6g %.6g %.6g\n", x[0], x[1], x[2]);
+            way[i] = cos(angle) * s[i] + sin(angle) * t[i];
+        for (int i = 0; i < 3; i++)
+            d[i] = middle[i] + share * rim(block, way) * way[i];
+        project(block, degree, d);
+        write_vertex(file, block, header, d);
     }
     for (uint32_t c = 0; c < CORNERS; c++)
         fprintf(file, "f %u %u %u\n", first, first + 1 + c, first + 1 + (c + 1) % CORNERS);
