@@ -23,7 +23,7 @@ static void look_at_frame(void *data, uint32_t f, uint32_t worker) {
     const job *j = data;
     nsdf_block_frame *at = &j->at[worker];
     uint8_t *holds = j->holds + (size_t)f * j->model->desc.block_count;
-    nsdf_sdf *sdf = nsdf_frame_sdf(&j->frames->frames[f]);
+    nsdf_sdf *sdf = nsdf_sdf_create_unsigned(nsdf_frame_outer(&j->frames->frames[f]));
     j->failed[f] = !sdf;
     if (!sdf)
         return;
@@ -31,7 +31,7 @@ static void look_at_frame(void *data, uint32_t f, uint32_t worker) {
     for (uint32_t k = 0; k < j->model->desc.block_count; k++) {
         const float *p = at->pose[k], centre[3] = {p[3], p[7], p[11]};
         const float reach = surface_within * longest_reach(at->reach[k]);
-        holds[k] = at->alive[k] && nsdf_sdf_unsigned(sdf, centre, reach, NULL) < reach;
+        holds[k] = at->alive[k] && nsdf_sdf_is_within(sdf, centre, reach);
     }
     nsdf_sdf_free(sdf);
 }

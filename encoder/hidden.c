@@ -132,7 +132,7 @@ static int take_outer(const nsdf_sdf *bodies, const nsdf_surface *s, nsdf_surfac
 }
 
 int nsdf_find_outer(const nsdf_surface *surface, const nsdf_surface *bodies, uint32_t first_look, nsdf_surface *outer) {
-    nsdf_sdf *sdf = bodies->triangle_count ? nsdf_sdf_create(bodies, NSDF_SIGN_WINDING) : NULL;
+    nsdf_sdf *sdf = bodies->triangle_count ? nsdf_sdf_create_winding(bodies) : NULL;
     if (bodies->triangle_count && !sdf)
         return -1;
     *outer = (nsdf_surface){surface->positions, NULL, surface->vertex_count, 0};

@@ -12,8 +12,9 @@
 typedef struct search {
     const nsdf_nearest_index *index;
     float point[3];
-    float least2; /* least squared distance seen, in single precision */
-    float bound2; /* what is farther than this cannot be the nearest */
+    float least2;  /* least squared distance seen, in single precision */
+    float bound2;  /* what is farther than this cannot be the nearest */
+    float enough2; /* what is nearer than this ends the search */
     uint32_t count;
     uint32_t triangle[CANDIDATES];
     float distance2[CANDIDATES];
@@ -25,18 +26,14 @@ static float bound_for(const nsdf_nearest_index *index, float distance) {
     return reach * reach;
 }
 
-static double sign_weight(const nsdf_nearest_index *index, uint32_t triangle, const nsdf_triangle_hit *hit) {
-    const float *angle = &index->angles[3 * (size_t)triangle];
-    if (angle[0] == 0.0f && angle[1] == 0.0f) {
-        return 0.0;
-    }
+static double sign_weight(const nsdf_triangle *triangle, const nsdf_triangle_hit *hit) {
     switch (hit->feature) {
     case NSDF_HIT_FACE:
         return 2.0 * PI;
     case NSDF_HIT_EDGE:
         return PI;
     default:
-        return (double)angle[hit->corner];
+        return nsdf_triangle_angle(triangle, hit->corner);
     }
 }
 
@@ -48,12 +45,11 @@ static bool is_same_point(const nsdf_nearest_index *index, nsdf_vec3 a, nsdf_vec
 static void resolve(search *s, uint32_t triangle) {
     nsdf_triangle t = nsdf_triangle_load(s->index->surface, triangle);
     nsdf_triangle_hit hit = nsdf_triangle_nearest(&t, nsdf_vec3_load(s->point));
-    double weight = sign_weight(s->index, triangle, &hit);
-    nsdf_vec3 normal = {0.0, 0.0, 0.0};
-    if (weight > 0.0) {
-        normal = nsdf_vec3_scale(weight / nsdf_vec3_length(hit.cross), hit.cross);
-    }
     nsdf_nearest *r = &s->result;
+    nsdf_vec3 normal = {0.0, 0.0, 0.0};
+    if (s->index->has_say != NULL && s->index->has_say[triangle]) {
+        normal = nsdf_vec3_scale(sign_weight(&t, &hit) / nsdf_vec3_length(hit.cross), hit.cross);
+    }
     bool tie = r->distance2 < INFINITY && is_same_point(s->index, hit.point, r->point);
     nsdf_vec3 sum = tie ? nsdf_vec3_add(r->normal, normal) : normal;
     if (hit.distance2 < r->distance2) {
@@ -187,7 +183,7 @@ static void walk(search *s) {
     waiting stack[NSDF_BVH_STACK];
     int top = 1;
     stack[0] = (waiting){0, 0.0f};
-    while (top > 0) {
+    while (top > 0 && !(s->least2 < s->enough2)) {
         waiting next = stack[--top];
         if (next.distance2 > s->bound2) {
             continue;
@@ -198,19 +194,37 @@ static void walk(search *s) {
             top = visit_node(s, &s->index->bvh.nodes[next.child], stack, top);
         }
     }
-    resolve_candidates(s);
+}
+
+static void begin(search *s, const nsdf_nearest_index *index, const float point[3], float limit) {
+    s->index = index;
+    for (int k = 0; k < 3; k++) {
+        s->point[k] = point[k];
+    }
+    s->least2 = INFINITY;
+    s->bound2 = bound_for(index, limit);
+    s->enough2 = 0.0f;
+    s->count = 0;
+    s->result.distance2 = INFINITY;
 }
 
 nsdf_nearest nsdf_find_nearest(const nsdf_nearest_index *index, const float point[3], float limit) {
     search s;
-    s.index = index;
-    for (int k = 0; k < 3; k++) {
-        s.point[k] = point[k];
-    }
-    s.least2 = INFINITY;
-    s.bound2 = bound_for(index, limit);
-    s.count = 0;
-    s.result.distance2 = INFINITY;
+    begin(&s, index, point, limit);
     walk(&s);
+    resolve_candidates(&s);
     return s.result;
+}
+
+bool nsdf_is_anything_nearer(const nsdf_nearest_index *index, const float point[3], float limit) {
+    const float sure = (limit - index->slack) * 0.999998f; /* with its rounding error still nearer */
+    search s;
+    begin(&s, index, point, limit);
+    s.enough2 = sure > 0.0f ? sure * sure : 0.0f;
+    walk(&s);
+    if (s.least2 < s.enough2) {
+        return true;
+    }
+    resolve_candidates(&s);
+    return (float)sqrt(s.result.distance2) < limit;
 }

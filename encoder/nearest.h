@@ -11,6 +11,8 @@
 #ifndef NSDF_NEAREST_H
 #define NSDF_NEAREST_H
 
+#include <stdbool.h>
+
 #include "bvh.h"
 #include "vec3.h"
 
@@ -26,13 +28,14 @@ typedef struct nsdf_nearest_index {
     const nsdf_surface *surface; /* borrowed */
     nsdf_bvh bvh;
     nsdf_packet *packets; /* [leaf] */
-    float *angles;        /* [triangle][3] at the corners; 0 where the triangle has no say in signs */
+    bool *has_say;        /* [triangle]: counts in normals; NULL when there are none */
     float slack;          /* bound on the rounding error of distances in the search, beside 2e-6 of the distance */
     double same_point;    /* nearest points closer than this are one */
 } nsdf_nearest_index;
 
-/* Returns 0, or -1 when memory ran out; the index can be freed in either case.  Needs at least one triangle. */
-int nsdf_nearest_index_build(nsdf_nearest_index *index, const nsdf_surface *surface);
+/* Without `normals` it takes less time, and the normals that it finds are 0.  Returns 0, or -1 when memory ran out; the
+ * index can be freed in either case.  Needs at least one triangle. */
+int nsdf_nearest_index_build(nsdf_nearest_index *index, const nsdf_surface *surface, bool normals);
 void nsdf_nearest_index_free(nsdf_nearest_index *index);
 
 typedef struct nsdf_nearest {
@@ -43,5 +46,8 @@ typedef struct nsdf_nearest {
 
 /* May miss what is farther than `limit`, and may find it. */
 nsdf_nearest nsdf_find_nearest(const nsdf_nearest_index *index, const float point[3], float limit);
+
+/* Whether something is nearer than `limit`; quicker than to find out what, the more so the nearer it is. */
+bool nsdf_is_anything_nearer(const nsdf_nearest_index *index, const float point[3], float limit);
 
 #endif

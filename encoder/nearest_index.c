@@ -1,5 +1,4 @@
 #include <math.h>
-#include <stdbool.h>
 #include <stdlib.h>
 
 #include "nearest.h"
@@ -66,27 +65,21 @@ static void fill_packet(nsdf_packet *p, const nsdf_surface *surface, const nsdf_
     }
 }
 
-static int fill_angles(nsdf_nearest_index *index) {
+/* All triangles with an area but those that lie on one before. */
+static int find_say(nsdf_nearest_index *index) {
     const nsdf_surface *surface = index->surface;
     uint32_t *weld = malloc((size_t)surface->vertex_count * sizeof *weld);
-    bool *repeated = malloc((size_t)surface->triangle_count * sizeof *repeated);
     int result = -1;
-    if (weld != NULL && repeated != NULL && nsdf_weld_vertices(surface, weld) == 0 &&
-        nsdf_find_repeated_triangles(surface, weld, repeated) == 0) {
+    index->has_say = malloc((size_t)surface->triangle_count * sizeof *index->has_say);
+    if (weld != NULL && index->has_say != NULL && nsdf_weld_vertices(surface, weld) == 0 &&
+        nsdf_find_repeated_triangles(surface, weld, index->has_say) == 0) {
         for (uint32_t i = 0; i < surface->triangle_count; i++) {
             nsdf_triangle t = nsdf_triangle_load(surface, i);
-            double angle[3] = {0.0, 0.0, 0.0};
-            if (!repeated[i] && nsdf_triangle_has_area(&t)) {
-                nsdf_triangle_angles(&t, angle);
-            }
-            for (size_t k = 0; k < 3; k++) {
-                index->angles[3 * (size_t)i + k] = (float)angle[k];
-            }
+            index->has_say[i] = !index->has_say[i] && nsdf_triangle_has_area(&t);
         }
         result = 0;
     }
     free(weld);
-    free(repeated);
     return result;
 }
 
@@ -100,14 +93,13 @@ static float largest_coordinate(const nsdf_bvh_node *root) {
     return largest;
 }
 
-int nsdf_nearest_index_build(nsdf_nearest_index *index, const nsdf_surface *surface) {
+int nsdf_nearest_index_build(nsdf_nearest_index *index, const nsdf_surface *surface, bool normals) {
     *index = (nsdf_nearest_index){.surface = surface};
     if (nsdf_bvh_build(&index->bvh, surface) != 0) {
         return -1;
     }
     index->packets = malloc(index->bvh.leaf_count * sizeof *index->packets);
-    index->angles = malloc(3 * (size_t)surface->triangle_count * sizeof *index->angles);
-    if (index->packets == NULL || index->angles == NULL || fill_angles(index) != 0) {
+    if (index->packets == NULL || (normals && find_say(index) != 0)) {
         return -1;
     }
     for (uint32_t i = 0; i < index->bvh.leaf_count; i++) {
@@ -122,6 +114,6 @@ int nsdf_nearest_index_build(nsdf_nearest_index *index, const nsdf_surface *surf
 void nsdf_nearest_index_free(nsdf_nearest_index *index) {
     nsdf_bvh_free(&index->bvh);
     free(index->packets);
-    free(index->angles);
+    free(index->has_say);
     *index = (nsdf_nearest_index){0};
 }

@@ -44,7 +44,7 @@ static void support_frame(void *data, uint32_t frame, uint32_t worker) {
     nsdf_nodes *n = j->nodes;
     nsdf_nearest_index index;
     (void)worker;
-    j->failed[frame] = nsdf_nearest_index_build(&index, nsdf_frame_outer(&j->frames->frames[frame])) != 0;
+    j->failed[frame] = nsdf_nearest_index_build(&index, nsdf_frame_outer(&j->frames->frames[frame]), true) != 0;
     for (uint32_t i = j->first; !j->failed[frame] && i < n->count; i++)
         n->support[(size_t)frame * n->count + i] = has_support(n, &index, frame, i);
     nsdf_nearest_index_free(&index);

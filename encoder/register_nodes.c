@@ -278,7 +278,7 @@ static int register_frame(walk *w, uint32_t frame, scratch *s) {
     const nsdf_surface *surface = nsdf_frame_outer(&w->frames->frames[frame]);
     nsdf_nearest_index index;
     int failed =
-        nsdf_nearest_index_build(&index, surface) != 0 || draw_targets(surface, w->seed, frame, &s->targets) != 0;
+        nsdf_nearest_index_build(&index, surface, true) != 0 || draw_targets(surface, w->seed, frame, &s->targets) != 0;
     if (!failed) {
         predict(w);
         for (int round = 0; round < ROUNDS; round++) {

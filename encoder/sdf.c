@@ -14,26 +14,49 @@ struct nsdf_sdf {
     nsdf_sdf *whole; /* gives the signs, if not NULL */
 };
 
-nsdf_sdf *nsdf_sdf_create(const nsdf_surface *surface, nsdf_sign_rule rule) {
+/* What a distance function is able to answer. */
+enum { DISTANCES = 1, NORMALS = 2, WINDING = 4 };
+
+static int build(nsdf_sdf *sdf, const nsdf_surface *surface, int parts) {
+    int failed = parts & DISTANCES ? nsdf_nearest_index_build(&sdf->index, surface, (parts & NORMALS) != 0)
+                                   : nsdf_bvh_build(&sdf->index.bvh, surface);
+    if (failed == 0 && (parts & WINDING)) {
+        failed = nsdf_winding_build(&sdf->winding, &sdf->index.bvh, surface);
+    }
+    return failed;
+}
+
+static nsdf_sdf *create(const nsdf_surface *surface, nsdf_sign_rule rule, int parts) {
     nsdf_sdf *sdf = surface->triangle_count > 0 ? calloc(1, sizeof *sdf) : NULL;
     if (sdf == NULL) {
         return NULL;
     }
     sdf->rule = rule;
-    if (nsdf_nearest_index_build(&sdf->index, surface) != 0 ||
-        nsdf_winding_build(&sdf->winding, &sdf->index.bvh, surface) != 0) {
+    if (build(sdf, surface, parts) != 0) {
         nsdf_sdf_free(sdf);
         return NULL;
     }
     return sdf;
 }
 
+nsdf_sdf *nsdf_sdf_create(const nsdf_surface *surface, nsdf_sign_rule rule) {
+    return create(surface, rule, DISTANCES | (rule == NSDF_SIGN_WINDING ? WINDING : NORMALS));
+}
+
+nsdf_sdf *nsdf_sdf_create_unsigned(const nsdf_surface *surface) {
+    return create(surface, NSDF_SIGN_PSEUDO_NORMAL, DISTANCES);
+}
+
+nsdf_sdf *nsdf_sdf_create_winding(const nsdf_surface *surface) {
+    return create(surface, NSDF_SIGN_WINDING, WINDING);
+}
+
 nsdf_sdf *nsdf_sdf_create_union(const nsdf_surface *outer, const nsdf_surface *whole) {
-    nsdf_sdf *sdf = nsdf_sdf_create(outer, NSDF_SIGN_WINDING);
+    nsdf_sdf *sdf = create(outer, NSDF_SIGN_WINDING, DISTANCES);
     if (sdf == NULL) {
         return NULL;
     }
-    sdf->whole = nsdf_sdf_create(whole, NSDF_SIGN_WINDING);
+    sdf->whole = nsdf_sdf_create_winding(whole);
     if (sdf->whole == NULL) {
         nsdf_sdf_free(sdf);
         return NULL;
@@ -62,6 +85,10 @@ float nsdf_sdf_unsigned(const nsdf_sdf *sdf, const float point[3], float limit, 
         nearest[2] = (float)found.point.z;
     }
     return distance;
+}
+
+bool nsdf_sdf_is_within(const nsdf_sdf *sdf, const float point[3], float limit) {
+    return nsdf_is_anything_nearer(&sdf->index, point, limit);
 }
 
 static double winding_at(const nsdf_sdf *sdf, const float point[3]) {

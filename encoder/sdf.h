@@ -4,6 +4,8 @@
 #ifndef NSDF_SDF_H
 #define NSDF_SDF_H
 
+#include <stdbool.h>
+
 #include "surface.h"
 
 typedef struct nsdf_sdf nsdf_sdf;
@@ -19,6 +21,10 @@ nsdf_sdf *nsdf_sdf_create(const nsdf_surface *surface, nsdf_sign_rule rule);
 /* Distance to `outer`, a part of `whole` on the same positions, with signs by the winding number of `whole`: for meshes
  * whose parts pass through each other, of which only the outside of their union counts.  Both are borrowed. */
 nsdf_sdf *nsdf_sdf_create_union(const nsdf_surface *outer, const nsdf_surface *whole);
+/* For nsdf_sdf_unsigned and nsdf_sdf_is_within only. */
+nsdf_sdf *nsdf_sdf_create_unsigned(const nsdf_surface *surface);
+/* For nsdf_sdf_winding only. */
+nsdf_sdf *nsdf_sdf_create_winding(const nsdf_surface *surface);
 void nsdf_sdf_free(nsdf_sdf *sdf);
 
 /* Negative inside.  Read-only: may be called from many threads. */
@@ -32,7 +38,11 @@ float nsdf_sdf_distance_below(const nsdf_sdf *sdf, const float point[3], float u
  * `limit` (pass INFINITY for none) and returns `limit` when nothing is nearer. */
 float nsdf_sdf_unsigned(const nsdf_sdf *sdf, const float point[3], float limit, float nearest[3]);
 
-/* Generalised winding number at a point: 1 inside, 0 outside of a closed outward mesh. */
+/* nsdf_sdf_unsigned(sdf, point, limit, NULL) < limit, in less time. */
+bool nsdf_sdf_is_within(const nsdf_sdf *sdf, const float point[3], float limit);
+
+/* Generalised winding number at a point: 1 inside, 0 outside of a closed outward mesh; of a distance function whose
+ * signs come from it. */
 float nsdf_sdf_winding(const nsdf_sdf *sdf, const float point[3]);
 
 #endif

@@ -81,7 +81,7 @@ static void add_hard(finder *f, const float p[3]) {
 }
 
 static int is_near(const finder *f, const float p[3]) {
-    return nsdf_sdf_unsigned(f->sdf, p, NSDF_STRAY_TOLERANCE, NULL) < NSDF_STRAY_TOLERANCE;
+    return nsdf_sdf_is_within(f->sdf, p, NSDF_STRAY_TOLERANCE);
 }
 
 static void look_at_crossing(finder *f, const float p[3]) {

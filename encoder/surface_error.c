@@ -11,12 +11,16 @@ static double distance_to(const nsdf_sdf *to, const float point[3]) {
     return (double)nsdf_sdf_unsigned(to, point, INFINITY, NULL);
 }
 
+/* Most vertices are nearer than the farthest so far. */
 static void add_vertices(const nsdf_surface *from, const nsdf_sdf *to, bool *seen, nsdf_distance_stats *stats) {
     for (size_t i = 0; i < 3 * (size_t)from->triangle_count; i++) {
         uint32_t vertex = from->indices[i];
         if (!seen[vertex]) {
+            const float *point = &from->positions[3 * (size_t)vertex];
             seen[vertex] = true;
-            stats->max = fmax(stats->max, distance_to(to, &from->positions[3 * (size_t)vertex]));
+            if (!nsdf_sdf_is_within(to, point, (float)stats->max)) {
+                stats->max = fmax(stats->max, distance_to(to, point));
+            }
         }
     }
 }

@@ -14,14 +14,12 @@ nsdf_vec3 nsdf_triangle_cross(const nsdf_triangle *triangle) {
     return cross;
 }
 
-void nsdf_triangle_angles(const nsdf_triangle *triangle, double angle[3]) {
-    for (int i = 0; i < 3; i++) {
-        nsdf_vec3 here = triangle->corner[i];
-        nsdf_vec3 u = nsdf_vec3_sub(triangle->corner[(i + 1) % 3], here);
-        nsdf_vec3 v = nsdf_vec3_sub(triangle->corner[(i + 2) % 3], here);
-        nsdf_vec3 cross = nsdf_vec3_cross(u, v);
-        angle[i] = atan2(nsdf_vec3_length(cross), nsdf_vec3_dot(u, v));
-    }
+double nsdf_triangle_angle(const nsdf_triangle *triangle, int corner) {
+    nsdf_vec3 here = triangle->corner[corner];
+    nsdf_vec3 u = nsdf_vec3_sub(triangle->corner[(corner + 1) % 3], here);
+    nsdf_vec3 v = nsdf_vec3_sub(triangle->corner[(corner + 2) % 3], here);
+    nsdf_vec3 cross = nsdf_vec3_cross(u, v);
+    return atan2(nsdf_vec3_length(cross), nsdf_vec3_dot(u, v));
 }
 
 static bool is_above_inside(const nsdf_triangle *triangle, nsdf_vec3 cross, nsdf_vec3 query) {

@@ -36,8 +36,8 @@ static inline bool nsdf_triangle_has_area(const nsdf_triangle *triangle) {
     return nsdf_vec3_dot(cross, cross) > 0.0;
 }
 
-/* Angles at the corners, radians. */
-void nsdf_triangle_angles(const nsdf_triangle *triangle, double angle[3]);
+/* The angle at a corner, radians. */
+double nsdf_triangle_angle(const nsdf_triangle *triangle, int corner);
 
 typedef struct nsdf_triangle_hit {
     nsdf_vec3 point;  /* nearest to the query */

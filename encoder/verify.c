@@ -63,8 +63,7 @@ static int is_stray(const astray *a, uint32_t triangle) {
     const uint32_t v = a->decoded->indices[3 * (size_t)triangle];
     const float *point = a->decoded->positions + 3 * (size_t)v;
     if (!a->answers[v])
-        a->answers[v] =
-            nsdf_sdf_unsigned(a->input, point, stray_distance, NULL) >= stray_distance ? ASTRAY : NEAR_INPUT;
+        a->answers[v] = nsdf_sdf_is_within(a->input, point, stray_distance) ? NEAR_INPUT : ASTRAY;
     return a->answers[v] == ASTRAY;
 }
 
@@ -190,8 +189,8 @@ static void compare_one(void *data, uint32_t index, uint32_t worker) {
     memset(c->stats, 0, sizeof c->stats);
     c->pieces = (nsdf_piece_report){0, 0.0f, INFINITY, 0.0};
     if (normalised_copy(g->job->header, c->mesh, &c->decoded) == 0) {
-        nsdf_sdf *input = nsdf_sdf_create(&frame->surface, frame->sign);
-        nsdf_sdf *decoded = c->decoded.triangle_count ? nsdf_sdf_create(&c->decoded, NSDF_SIGN_PSEUDO_NORMAL) : NULL;
+        nsdf_sdf *input = nsdf_sdf_create_unsigned(&frame->surface);
+        nsdf_sdf *decoded = c->decoded.triangle_count ? nsdf_sdf_create_unsigned(&c->decoded) : NULL;
         nsdf_random random = nsdf_random_start(g->job->options->seed, 0x100000000u + frame->number);
         if (c->decoded.triangle_count == 0) {
             missing(c);

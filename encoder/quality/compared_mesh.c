@@ -89,7 +89,7 @@ int nsdf_compared_mesh_prepare(nsdf_compared_mesh *compared, const nsdf_input_me
     if (outer && leave_out_hidden(compared) != 0) {
         return -1;
     }
-    return make_room(compared) == 0 && nsdf_nearest_index_build(&compared->index, &compared->surface) == 0 &&
+    return make_room(compared) == 0 && nsdf_nearest_index_build(&compared->index, &compared->surface, true) == 0 &&
                    nsdf_area_table_create(&compared->areas, &compared->surface) == 0
                ? 0
                : -1;
@@ -128,5 +128,5 @@ int nsdf_compared_mesh_index_points(nsdf_compared_mesh *compared) {
     for (size_t i = 0; i < 3 * (size_t)count; i++) {
         compared->cloud.indices[i] = (uint32_t)(i / 3);
     }
-    return nsdf_nearest_index_build(&compared->cloud_index, &compared->cloud);
+    return nsdf_nearest_index_build(&compared->cloud_index, &compared->cloud, false);
 }

@@ -35,10 +35,9 @@ static void add_angles(nsdf_roughness *r, const nsdf_surface *surface, const dou
         nsdf_triangle t = load_triangle(positions, index);
         nsdf_vec3 cross =
             nsdf_vec3_cross(nsdf_vec3_sub(t.corner[1], t.corner[0]), nsdf_vec3_sub(t.corner[2], t.corner[0]));
-        double angle[3], third = nsdf_vec3_length(cross) / 6.0;
-        nsdf_triangle_angles(&t, angle);
+        double third = nsdf_vec3_length(cross) / 6.0;
         for (int k = 0; k < 3; k++) {
-            angle_sum[index[k]] += angle[k];
+            angle_sum[index[k]] += nsdf_triangle_angle(&t, k);
             r->share[index[k]] += third;
         }
     }

@@ -65,16 +65,15 @@ static void join_corners(thickener *t) {
 static void sum_normals(thickener *t) {
     for (uint32_t i = 0; i < t->surface->triangle_count; i++) {
         const nsdf_triangle triangle = nsdf_triangle_load(t->surface, i);
-        double angles[3];
         if (!in_sheet(t, i) || !nsdf_triangle_has_area(&triangle))
             continue;
         const double sign = nsdf_is_turned(t->patches, i) ? -1.0 : 1.0;
         const nsdf_vec3 normal = nsdf_triangle_normal(&triangle);
-        nsdf_triangle_angles(&triangle, angles);
         for (uint32_t k = 0; k < 3; k++) {
             const uint32_t root = root_of(t->root, 3 * i + k);
-            t->normal[root] = nsdf_vec3_mad(t->normal[root], sign * angles[k], normal);
-            t->angle[root] += angles[k];
+            const double angle = nsdf_triangle_angle(&triangle, (int)k);
+            t->normal[root] = nsdf_vec3_mad(t->normal[root], sign * angle, normal);
+            t->angle[root] += angle;
         }
     }
 }

@@ -344,6 +344,28 @@ static void unsigned_search_respects_its_limit_and_gives_the_nearest_point(void 
     nsdf_surface_free(&s);
 }
 
+/* Limits right at the distance, a little to either side, and anywhere. */
+static void being_within_a_limit_is_being_nearer_than_it(void **state) {
+    (void)state;
+    nsdf_surface s = shape_sphere(0.3, 20, 30);
+    nsdf_sdf *sdf = create(&s, NSDF_SIGN_PSEUDO_NORMAL), *plain = nsdf_sdf_create_unsigned(&s);
+    nsdf_random random = nsdf_random_start(15, 1);
+    assert_non_null(plain);
+    for (int i = 0; i < 3000; i++) {
+        float p[3];
+        random_point(&random, 0.5f, p);
+        const float d = fabsf(nsdf_sdf_distance(sdf, p));
+        const float limits[] = {0.0f, d, nextafterf(d, 1.0f), nextafterf(d, 0.0f), 1.001f * d, 0.999f * d, 0.2f, 9.0f};
+        for (size_t k = 0; k < sizeof limits / sizeof *limits; k++)
+            assert_true(nsdf_sdf_is_within(sdf, p, limits[k]) == (d < limits[k]));
+        assert_true(nsdf_sdf_is_within(sdf, p, INFINITY));
+        assert_true(nsdf_sdf_unsigned(plain, p, INFINITY, NULL) == d);
+    }
+    nsdf_sdf_free(sdf);
+    nsdf_sdf_free(plain);
+    nsdf_surface_free(&s);
+}
+
 static void guesses_never_change_the_distance(void **state) {
     (void)state;
     nsdf_surface s = shape_sphere(0.3, 20, 30);
@@ -407,6 +429,7 @@ int main(void) {
         cmocka_unit_test(winding_number_is_close_to_the_exact_one),
         cmocka_unit_test(sign_by_winding_is_right_away_from_a_hole),
         cmocka_unit_test(unsigned_search_respects_its_limit_and_gives_the_nearest_point),
+        cmocka_unit_test(being_within_a_limit_is_being_nearer_than_it),
         cmocka_unit_test(guesses_never_change_the_distance),
         cmocka_unit_test(far_points_are_outside_and_ever_farther),
         cmocka_unit_test(surface_of_one_point_has_a_distance),
