@@ -1,5 +1,6 @@
 #include "rate_blocks.h"
 
+#include "block_mend.h"
 #include "rate_error.h"
 
 #include <math.h>
@@ -11,13 +12,19 @@ static const double probe_share = 0.1;
 /* Another probe where the level is to be further from those that were probed. */
 static const double near_level = 0.6;
 static const double size_aim = 0.99;
-enum { MOST_PROBES = 3 };
+enum { MOST_PROBES = 3, MOST_MENDS = 2 };
 
 struct nsdf_rate_blocks {
     nsdf_rate_model m;
     nsdf_rate_measure measure; /* of the last probe, or a guess */
     nsdf_rate_curve probed;    /* only which levels were */
     nsdf_error_search search;
+    /* With a size: the model with the least verified error, how often pieces astray were mended since, and whether that
+     * has ended. */
+    nsdf_rate_copy best;
+    double best_error;
+    uint32_t mends;
+    int finished;
 };
 
 nsdf_rate_blocks *nsdf_rate_blocks_create(const nsdf_rate_job *job) {
@@ -36,6 +43,7 @@ void nsdf_rate_blocks_free(nsdf_rate_blocks *r) {
     if (!r)
         return;
     nsdf_error_search_free(&r->search);
+    nsdf_rate_copy_free(&r->best);
     nsdf_rate_model_free(&r->m);
     free(r);
 }
@@ -158,6 +166,33 @@ static nsdf_status fit_size(nsdf_rate_blocks *r, double level) {
     return status == NSDF_OK ? fill(&r->m) : status;
 }
 
+/* Fits on with the samples of pieces astray, and into the size again. */
+static nsdf_status mend_size(nsdf_rate_blocks *r) {
+    nsdf_status status = nsdf_rate_copy_model(&r->best, &r->m) == 0 ? NSDF_OK : nsdf_rate_no_memory(&r->m);
+    r->mends++;
+    if (status == NSDF_OK)
+        status = nsdf_rate_fit_and_measure(&r->m, NSDF_RATE_TUNE, NSDF_MEND_SHARE);
+    return status == NSDF_OK ? fill(&r->m) : status;
+}
+
+/* While surface is astray in verification and mending makes the file better; what made it no better is taken back. */
+static nsdf_status judge_size(nsdf_rate_blocks *r, const nsdf_quality *quality, int *again) {
+    const double mean = nsdf_mean_error(quality);
+    if (r->finished || !r->m.base.verify)
+        return NSDF_OK;
+    nsdf_rate_note_model(&r->m, NSDF_RATE_VERIFY, 0, mean);
+    r->finished =
+        r->m.stopped || r->mends == MOST_MENDS || quality->mean_to_input <= NSDF_ASTRAY * quality->mean_to_decoded;
+    if (r->mends > 0 && mean >= r->best_error) {
+        r->finished = *again = 1;
+        nsdf_rate_take_copy(&r->m, &r->best);
+        return NSDF_OK;
+    }
+    r->best_error = mean;
+    *again = !r->finished;
+    return r->finished ? NSDF_OK : mend_size(r);
+}
+
 /* ---- The whole -------------------------------------------------------------------------------------------- */
 
 nsdf_status nsdf_rate_blocks_fit(nsdf_rate_blocks *r, nsdf_block_model *model, nsdf_fit_result *result,
@@ -183,5 +218,5 @@ nsdf_status nsdf_rate_blocks_judge(nsdf_rate_blocks *r, nsdf_block_model *model,
     lend(r, model, result, error);
     *again = 0;
     nsdf_rate_take_strays(&r->m, strays);
-    return r->m.job.size ? NSDF_OK : nsdf_error_search_judge(&r->search, quality, again);
+    return r->m.job.size ? judge_size(r, quality, again) : nsdf_error_search_judge(&r->search, quality, again);
 }

@@ -18,7 +18,7 @@ nsdf_status nsdf_rate_blocks_fit(nsdf_rate_blocks *rate, nsdf_block_model *model
 
 /* After verification found `quality` for the whole file, and strays[frame], which are taken over: whether *model was
  * changed and must be coded and checked again. *again is 0 at the end, when *model is the one with the fewest bytes
- * that met the error, if any did. */
+ * that met the error, if any did, or with the least error of the size. */
 nsdf_status nsdf_rate_blocks_judge(nsdf_rate_blocks *rate, nsdf_block_model *model, nsdf_fit_result *result,
                                    const nsdf_quality *quality, nsdf_sample_set *strays, int *again,
                                    nsdf_encoder_error *error);
