@@ -142,8 +142,7 @@ static void find_reach(const float pose[12], float radius, float reach[6]) {
 
 int nsdf_block_alive(const nsdf_block_model *m, uint32_t block, double u) {
     const float *life = m->values + nsdf_block_offset(&m->desc, NSDF_BLOCK_LIVES) + 2 * (size_t)block;
-    const double half = 0.5 * (double)m->desc.fade;
-    return (life[0] <= 0.0f || u >= (double)life[0] + half) && (life[1] >= 1.0f || u <= (double)life[1] - half);
+    return (life[0] <= 0.0f || u > (double)life[0]) && (life[1] >= 1.0f || u < (double)life[1]);
 }
 
 void nsdf_block_frame_pose(nsdf_block_frame *frame, const nsdf_block_model *model, const float *values, double u) {

@@ -36,7 +36,7 @@ static void look_at_frame(void *data, uint32_t f, uint32_t worker) {
     nsdf_sdf_free(sdf);
 }
 
-/* Begins and ends as fill_rest in block_model.c does it.  A block that never holds any surface stays as it is. */
+/* A block that never holds any surface stays as it is. */
 static void trim(const job *j, uint32_t block, float life[2]) {
     const uint32_t frames = j->frames->count, blocks = j->model->desc.block_count;
     uint32_t first = 0, last = frames;
@@ -46,9 +46,10 @@ static void trim(const job *j, uint32_t block, float life[2]) {
         return;
     while (!j->holds[(size_t)(last - 1) * blocks + block])
         last--;
-    const float from = first == 0 ? 0.0f : (float)j->u[first - 1], to = last == frames ? 1.0f : (float)j->u[last];
-    life[0] = fmaxf(life[0], from);
-    life[1] = fminf(life[1], to);
+    float held[2];
+    nsdf_block_life(j->u, frames, first, last - 1, held);
+    life[0] = fmaxf(life[0], held[0]);
+    life[1] = fminf(life[1], held[1]);
 }
 
 static int create_job(job *j, const nsdf_file_header *header, uint32_t workers) {

@@ -42,13 +42,21 @@ static double largest_gap(const double *u, uint32_t frames) {
     return gap;
 }
 
-/* So that lives begin and end at frames, where these are evenly spaced; a little more, so that the last is not below 1.
- */
+/* Of the time between a frame where a block is there and the next one, where it is not.  Right at that frame the times
+ * as readers have them could leave a trace of the block, which is the whole field where no other ball is. */
+static const double life_margin = 0.25;
+
+void nsdf_block_life(const double *u, uint32_t frames, uint32_t first, uint32_t last, float life[2]) {
+    life[0] = first == 0 ? 0.0f : (float)(u[first - 1] + life_margin * (u[first] - u[first - 1]));
+    life[1] = last + 1 >= frames ? 1.0f : (float)(u[last + 1] - life_margin * (u[last + 1] - u[last]));
+}
+
+/* So that lives are not moved where frames are evenly spaced; a little more, so that the last end is not below 1. */
 static double life_step(const double *u, uint32_t frames) {
     double gap = 1.0;
     for (uint32_t f = 1; f < frames; f++)
         gap = fmin(gap, u[f] - u[f - 1]);
-    return gap * (1.0 + 1e-6);
+    return life_margin * gap * (1.0 + 1e-6);
 }
 
 static void describe(nsdf_block_model *m, const nsdf_motion *motion, const nsdf_bones *bones, const double *u,
@@ -65,7 +73,7 @@ static void describe(nsdf_block_model *m, const nsdf_motion *motion, const nsdf_
     nsdf_blocks_layout(d, m->knots, m->level_knots);
     set_quantiser(d, NSDF_BLOCK_CENTRES, (double)rest_step);
     set_quantiser(d, NSDF_BLOCK_RADII, (double)(radius_step * motion->radius));
-    d->fade = (float)largest_gap(u, motion->frame_count);
+    d->fade = (float)((1.0 - life_margin) * largest_gap(u, motion->frame_count));
     set_quantiser(d, NSDF_BLOCK_LIVES, life_step(u, motion->frame_count));
     set_quantiser(d, NSDF_BLOCK_BONES, 1.0);
     set_quantiser(d, NSDF_BLOCK_WEIGHTS, (double)weight_step);
@@ -139,8 +147,7 @@ static void fill_rest(nsdf_block_model *m, const nsdf_motion *motion, const nsdf
         memcpy(centre + 3 * (size_t)k, motion->centres[k], 3 * sizeof *centre);
         radius[k] = motion->radius;
         const uint32_t *lives = motion->lives[k];
-        life[2 * (size_t)k] = lives[0] == 0 ? 0.0f : (float)u[lives[0] - 1];
-        life[2 * (size_t)k + 1] = lives[1] + 1 >= motion->frame_count ? 1.0f : (float)u[lives[1] + 1];
+        nsdf_block_life(u, motion->frame_count, lives[0], lives[1], life + 2 * (size_t)k);
         for (size_t i = 0; i < NSDF_BONE_INFLUENCES; i++) {
             bone[NSDF_BONE_INFLUENCES * (size_t)k + i] = (float)bones->bone[k][i];
             weight[NSDF_BONE_INFLUENCES * (size_t)k + i] = (float)bones->weight[k][i];

@@ -55,8 +55,11 @@ void nsdf_block_model_round_rest(nsdf_block_model *model);
 /* values with poses and coefficients rounded to their steps. */
 void nsdf_block_model_round(const nsdf_block_model *model, const float *values, float *rounded);
 
-/* Whether a block is there at time u, at least by half. */
+/* Whether a block is there at time u, be it in part. */
 int nsdf_block_alive(const nsdf_block_model *model, uint32_t block, double u);
+
+/* The life of a block that is there in frames first..last of those at u[frames] and in no other. */
+void nsdf_block_life(const double *u, uint32_t frames, uint32_t first, uint32_t last, float life[2]);
 
 /* Lives as the file will hold them. */
 void nsdf_block_model_round_lives(nsdf_block_model *model);

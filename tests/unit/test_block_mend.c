@@ -71,6 +71,34 @@ static void test_lives_begin_with_their_surface_and_span_gaps(void **state) {
     free_fixture(&x);
 }
 
+/* As readers have it (spec, "Life"); 0 where the block is not there. */
+static double life_at(const nsdf_block_model *m, uint32_t block, double u) {
+    const float *life = m->values + nsdf_block_offset(&m->desc, NSDF_BLOCK_LIVES) + 2 * (size_t)block;
+    const double from = (double)life[0], to = (double)life[1], fade = (double)m->desc.fade;
+    const double in = from <= 0.0 ? 1.0 : (u - from) / fade, out = to >= 1.0 ? 1.0 : (to - u) / fade;
+    return fmax(0.0, fmin(1.0, fmin(in, out)));
+}
+
+/* Whole in its frames and nothing at all in the others, with the file's rounding and with times a little off. */
+static void test_readers_see_nothing_of_a_block_beyond_its_frames(void **state) {
+    static const double off[] = {0.0, 1e-7, -1e-7};
+    fixture x = two_balls(300, 4, 1);
+    float *life = x.model.values + nsdf_block_offset(&x.model.desc, NSDF_BLOCK_LIVES);
+    (void)state;
+    for (uint32_t first = 0; first < SAMPLE_FRAMES; first++)
+        for (uint32_t last = first; last < SAMPLE_FRAMES; last++) {
+            nsdf_block_life(x.u, SAMPLE_FRAMES, first, last, life);
+            nsdf_block_model_round_lives(&x.model);
+            for (uint32_t f = 0; f < SAMPLE_FRAMES; f++)
+                for (int i = 0; i < 3; i++) {
+                    const double u = fmax(0.0, fmin(1.0, x.u[f] + off[i])), expected = f >= first && f <= last;
+                    assert_true(fabs(life_at(&x.model, 0, u) - expected) < (expected > 0.0 ? 1e-5 : 1e-300));
+                    assert_int_equal(nsdf_block_alive(&x.model, 0, u), expected > 0.0);
+                }
+        }
+    free_fixture(&x);
+}
+
 /* ---- Samples ---------------------------------------------------------------------------------------------- */
 
 /* Points on a small ball between the two balls' frame and its border. */
@@ -159,6 +187,7 @@ int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_lives_with_surface_stay),
         cmocka_unit_test(test_lives_end_with_their_surface),
+        cmocka_unit_test(test_readers_see_nothing_of_a_block_beyond_its_frames),
         cmocka_unit_test(test_lives_begin_with_their_surface_and_span_gaps),
         cmocka_unit_test(test_strays_join_the_samples_of_their_frame),
         cmocka_unit_test(test_strays_change_a_fit),
