@@ -1,6 +1,7 @@
 #include "block_mend.h"
 
 #include "block_fit.h"
+#include "block_lives.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -85,7 +86,8 @@ int nsdf_fit_mended(const nsdf_fit_job *job, const nsdf_sample_set *strays, nsdf
     if (!any_strays(strays, job->frame_count))
         return nsdf_block_fit_run(job, model, result);
     nsdf_sample_set *sets = malloc(job->frame_count * sizeof *sets);
-    int failed = !sets || nsdf_mend_samples(job, strays, sets) != 0;
+    int failed = !sets || nsdf_block_trim_lives(model, job->frames, job->u, job->header, strays, job->workers) != 0 ||
+                 nsdf_mend_samples(job, strays, sets) != 0;
     if (!failed) {
         mended.samples = sets;
         failed = nsdf_block_fit_run(&mended, model, result);

@@ -140,7 +140,8 @@ nsdf_status nsdf_rate_start_at(nsdf_rate_model *m, double level) {
 
 static int trim_lives(const nsdf_rate_model *m) {
     const nsdf_fit_job *job = &m->job.fit;
-    return m->control.tuning ? 0 : nsdf_block_trim_lives(m->blocks, job->frames, job->u, job->header, job->workers);
+    return m->control.tuning ? 0
+                             : nsdf_block_trim_lives(m->blocks, job->frames, job->u, job->header, NULL, job->workers);
 }
 
 static nsdf_status fit_some(nsdf_rate_model *m, double share) {

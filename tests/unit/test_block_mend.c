@@ -11,13 +11,17 @@
 
 /* ---- Lives ------------------------------------------------------------------------------------------------ */
 
-static int trim(fixture *x) {
+static int trim_with(fixture *x, const nsdf_sample_set *strays) {
     nsdf_file_header header = unit_header(SAMPLE_FRAMES);
     for (int axis = 0; axis < 3; axis++) {
         header.domain_min[axis] = low[axis];
         header.domain_max[axis] = high[axis];
     }
-    return nsdf_block_trim_lives(&x->model, &x->frames, x->u, &header, x->workers);
+    return nsdf_block_trim_lives(&x->model, &x->frames, x->u, &header, strays, x->workers);
+}
+
+static int trim(fixture *x) {
+    return trim_with(x, NULL);
 }
 
 static uint32_t count_alive(const fixture *x, uint32_t frame) {
@@ -68,6 +72,38 @@ static void test_lives_begin_with_their_surface_and_span_gaps(void **state) {
         assert_in_range(count_alive(&x, f), 9 * all / 20, 13 * all / 20);
     for (uint32_t f = 2; f < SAMPLE_FRAMES; f++)
         assert_int_equal(count_alive(&x, f), all);
+    free_fixture(&x);
+}
+
+/* The samples of a frame's second ball as it was. */
+static nsdf_sample_set around_second_ball(const nsdf_surface *s) {
+    enum { COUNT = 500 };
+    nsdf_sample_set set;
+    assert_int_equal(nsdf_sample_set_create(&set, COUNT), 0);
+    for (size_t i = 0; i < COUNT; i++) {
+        const uint32_t vertex = s->indices[3 * (s->triangle_count - 1 - i * (s->triangle_count / 2) / COUNT)];
+        set.x[i] = s->positions[3 * (size_t)vertex];
+        set.y[i] = s->positions[3 * (size_t)vertex + 1];
+        set.z[i] = s->positions[3 * (size_t)vertex + 2];
+        set.d[i] = 0.1f;
+    }
+    return set;
+}
+
+/* Frame 1 has no second ball, but strays there: of frames 0 and 2 to 4 the latter stay. */
+static void test_strays_cut_lives_in_two(void **state) {
+    fixture x = two_balls(300, 4, 1);
+    const uint32_t all = x.model.desc.block_count;
+    nsdf_sample_set strays[SAMPLE_FRAMES] = {{0}};
+    (void)state;
+    strays[1] = around_second_ball(&x.frames.frames[1].surface);
+    drop_second_ball(&x, 1);
+    assert_int_equal(trim_with(&x, strays), 0);
+    for (uint32_t f = 0; f < 2; f++)
+        assert_in_range(count_alive(&x, f), 9 * all / 20, 13 * all / 20);
+    for (uint32_t f = 2; f < SAMPLE_FRAMES; f++)
+        assert_int_equal(count_alive(&x, f), all);
+    nsdf_sample_set_free(&strays[1]);
     free_fixture(&x);
 }
 
@@ -187,6 +223,7 @@ int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_lives_with_surface_stay),
         cmocka_unit_test(test_lives_end_with_their_surface),
+        cmocka_unit_test(test_strays_cut_lives_in_two),
         cmocka_unit_test(test_readers_see_nothing_of_a_block_beyond_its_frames),
         cmocka_unit_test(test_lives_begin_with_their_surface_and_span_gaps),
         cmocka_unit_test(test_strays_join_the_samples_of_their_frame),
