@@ -12,36 +12,37 @@ fail() {
     failures=$((failures + 1))
 }
 
-# The area that a file belongs to; longest folder first.
+# Sets `area` to that which a file belongs to; longest folder first.  (No output to capture: that is a process a line.)
 area_of() {
     case $1 in
-    format/*_write.[ch] | format/buffer.c | format/quantise.c) echo format-write ;;
-    format/*) echo format-read ;;
-    decoder/include/*) echo decoder-api ;;
-    decoder/cli/*) echo cli ;;
-    decoder/*) echo decoder ;;
-    encoder/include/*) echo encoder-api ;;
-    encoder/cli/*) echo cli-enc ;;
-    encoder/*) echo encoder ;;
-    player/*) echo player ;;
-    samples/*) echo samples ;;
-    *) echo other ;;
+    format/*_write.[ch] | format/buffer.c | format/quantise.c) area=format-write ;;
+    format/*) area=format-read ;;
+    decoder/include/*) area=decoder-api ;;
+    decoder/cli/*) area=cli ;;
+    decoder/*) area=decoder ;;
+    encoder/include/*) area=encoder-api ;;
+    encoder/cli/*) area=cli-enc ;;
+    encoder/*) area=encoder ;;
+    player/*) area=player ;;
+    samples/*) area=samples ;;
+    *) area=other ;;
     esac
 }
 
-# The areas that an area may include.
+# Sets `allowed` to the areas that an area may include.
 allowed_for() {
+    allowed=''
     case $1 in
-    format-read) echo format-read ;;
-    format-write) echo format-read format-write ;;
-    decoder-api) echo decoder-api ;;
-    decoder) echo decoder decoder-api format-read ;;
-    cli) echo cli decoder-api ;;
-    encoder-api) echo encoder-api decoder-api ;;
-    encoder) echo encoder encoder-api decoder-api format-read format-write ;;
-    cli-enc) echo cli cli-enc encoder-api decoder-api ;;
-    player) echo player cli decoder-api ;;
-    samples) echo samples decoder-api ;;
+    format-read) allowed='format-read' ;;
+    format-write) allowed='format-read format-write' ;;
+    decoder-api) allowed='decoder-api' ;;
+    decoder) allowed='decoder decoder-api format-read' ;;
+    cli) allowed='cli decoder-api' ;;
+    encoder-api) allowed='encoder-api decoder-api' ;;
+    encoder) allowed='encoder encoder-api decoder-api format-read format-write' ;;
+    cli-enc) allowed='cli cli-enc encoder-api decoder-api' ;;
+    player) allowed='player cli decoder-api' ;;
+    samples) allowed='samples decoder-api' ;;
     esac
 }
 
@@ -60,25 +61,29 @@ while IFS= read -r header; do
     if [ -n "${header_area[$key]:-}" ]; then
         fail "$header: another header has the name $key; file names are unique across the tree"
     fi
-    header_area[$key]=$(area_of "$header")
+    area_of "$header"
+    header_area[$key]=$area
 done < <(find "${folders[@]}" -name '*.h' | LC_ALL=C sort)
 
 checked=0
 while IFS=: read -r file line text; do
-    name=$(sed -E 's/^[[:space:]]*#[[:space:]]*include[[:space:]]*[<"]([^>"]*)[>"].*/\1/' <<<"$text")
     case $text in
     *'"'*) ;;
     *'<nsdf/'*) ;;
     *) continue ;;
     esac
+    name=${text#*[<\"]}
+    name=${name%%[>\"]*}
     key=$name
     [[ $name == nsdf/* ]] || key=${name##*/}
-    from=$(area_of "$file")
+    area_of "$file"
+    from=$area
+    allowed_for "$from"
     to=${header_area[$key]:-}
     checked=$((checked + 1))
     if [ -z "$to" ]; then
         fail "$file:$line: includes \"$name\", which is not in the tree"
-    elif [[ " $(allowed_for "$from") " != *" $to "* ]]; then
+    elif [[ " $allowed " != *" $to "* ]]; then
         fail "$file:$line: $from may not include \"$name\" of $to"
     elif [ "$from" = player ] && [ "$to" = decoder-api ] && [ "$name" != nsdf/decoder.h ]; then
         fail "$file:$line: the player includes nsdf/decoder.h only, not \"$name\""
