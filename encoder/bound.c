@@ -9,7 +9,7 @@
 
 /* Cells along the longest side of the grid on which the bound is measured and checked. */
 enum { BOUND_RESOLUTION = 64, LARGEST_CUBE = 32 };
-static const double bound_margin = 1.15, lowest_bound = 1.0, highest_bound = 64.0, growth = 1.25;
+static const double bound_margin = 1.15, lowest_bound = 1.0, growth = 1.25;
 /* Away from its balls the size of a field of blocks is known; within them this is generous. */
 static const double safe_for_blocks = 4.0;
 
@@ -170,7 +170,7 @@ static nsdf_status hash_with(const nsdf_check_job *job, const nsdf_buffer *file,
                              uint32_t done, uint64_t *hashes) {
     nsdf_buffer copy = {NULL, 0, 0, 0};
     nsdf_decoder *decoder = NULL;
-    nsdf_status status = open_with_bound(job, file, bound > 0.0f ? bound : (float)highest_bound, &copy, &decoder);
+    nsdf_status status = open_with_bound(job, file, bound > 0.0f ? bound : (float)NSDF_HIGHEST_BOUND, &copy, &decoder);
     if (status == NSDF_OK)
         status = hash_frames(job, decoder, !(bound > 0.0f), began, done, hashes);
     nsdf_close(&decoder);
@@ -186,8 +186,8 @@ static nsdf_status raise_bound(const nsdf_check_job *job, const nsdf_buffer *fil
     uint64_t *wanted = malloc(count * sizeof *wanted), *found = malloc(count * sizeof *found);
     nsdf_status status = wanted && found ? hash_with(job, file, (float)safe, began, count, wanted) : NSDF_NO_MEMORY;
     for (double b = start; status == NSDF_OK; b *= growth) {
-        *bound = (float)fmin(b, highest_bound);
-        if (b >= highest_bound || (safe > 0.0 && b >= safe))
+        *bound = (float)fmin(b, NSDF_HIGHEST_BOUND);
+        if (b >= NSDF_HIGHEST_BOUND || (safe > 0.0 && b >= safe))
             break;
         status = hash_with(job, file, *bound, began, 2 * count, found);
         if (status == NSDF_OK && memcmp(wanted, found, count * sizeof *wanted) == 0)
@@ -215,7 +215,7 @@ static nsdf_status bound_of_network(const nsdf_check_job *job, const nsdf_buffer
     nsdf_close(&decoder);
     if (status != NSDF_OK)
         return status;
-    status = raise_bound(job, file, fmin(fmax(needed * bound_margin, lowest_bound), highest_bound), 0.0, bound);
+    status = raise_bound(job, file, fmin(fmax(needed * bound_margin, lowest_bound), NSDF_HIGHEST_BOUND), 0.0, bound);
     return status == NSDF_OK ? status : nsdf_encoder_fail(error, status, "bound: %s", nsdf_status_string(status));
 }
 

@@ -5,6 +5,9 @@
 #include "container_write.h"
 #include "frames.h"
 
+/* Files get none above it; with it, next to nothing is skipped. */
+#define NSDF_HIGHEST_BOUND 64.0
+
 typedef struct nsdf_check_job { /* shared by bound.c and verify.c */
     const nsdf_frames *frames;
     const nsdf_file_header *header;

@@ -17,8 +17,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-static const float provisional_bound = 64.0f;
-static const double highest_bound = 64.0;
 static const float largest_speck = 0.125f;
 
 /* Share of every frame's surface that has to lie in blocks, or else the model is the network. */
@@ -263,7 +261,7 @@ static nsdf_status prepare(run *r) {
     r->encoder->shown = shown_frames(r->encoder);
     h->frame_count = nominal_frames(&r->encoder->shown);
     h->segment_count = 1;
-    h->extraction_bound = provisional_bound;
+    h->extraction_bound = (float)NSDF_HIGHEST_BOUND; /* until it is measured */
     r->size = asked_size(r->encoder);
     r->workers = nsdf_workers_create(o->threads);
     if (status == NSDF_OK && r->workers)
@@ -416,7 +414,7 @@ static nsdf_status verify(run *r, const nsdf_check_job *job) {
     }
     if (status == NSDF_OK) {
         e->stats.stray_pieces = pieces.stray;
-        e->header.extraction_bound = (float)fmax(bound, fmin(bound_margin * pieces.bound, highest_bound));
+        e->header.extraction_bound = (float)fmax(bound, fmin(bound_margin * pieces.bound, NSDF_HIGHEST_BOUND));
     }
     return status;
 }
@@ -596,7 +594,7 @@ static nsdf_status fit_network_instead(run *r) {
     double began = nsdf_clock();
     e->options.blocks = 0;
     e->measured = 0;
-    e->header.extraction_bound = provisional_bound;
+    e->header.extraction_bound = (float)NSDF_HIGHEST_BOUND; /* until it is measured */
     forget_strays(r);
     nsdf_dataset_free(&r->dataset);
     nsdf_status status = sample(r);
