@@ -1,8 +1,9 @@
 #include "bound_pieces.h"
 
+#include "surface_error.h"
+
 #include <math.h>
 #include <stdlib.h>
-#include <string.h>
 
 static const uint32_t resolutions[] = {64, 80, 96, 112, 128, 160, 192, 224, 256, 320, 384, 512};
 enum { RESOLUTIONS = sizeof resolutions / sizeof *resolutions, SIZES = 5, LARGEST = 32 };
@@ -28,12 +29,9 @@ static uint32_t stride(uint32_t triangles) {
 
 /* Where the points of each piece begin; the largest gets none. */
 static void place_pieces(search *s, const nsdf_surface *surface, const uint32_t *piece) {
-    uint32_t *triangles = s->first + 1, largest = 0, end = 0;
-    memset(s->first, 0, (s->pieces + 1) * sizeof *s->first);
-    for (uint32_t i = 0; i < surface->triangle_count; i++)
-        triangles[piece[i]]++;
-    for (uint32_t p = 1; p < s->pieces; p++)
-        largest = triangles[p] > triangles[largest] ? p : largest;
+    uint32_t *triangles = s->first + 1, end = 0;
+    const uint32_t largest = nsdf_largest_piece(surface, piece, s->pieces, triangles);
+    s->first[0] = 0;
     for (uint32_t p = 0; p < s->pieces; p++) {
         s->stride[p] = stride(triangles[p]);
         end += p == largest ? 0 : (triangles[p] + s->stride[p] - 1) / s->stride[p];

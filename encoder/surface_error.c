@@ -3,6 +3,7 @@
 #include <math.h>
 #include <stdbool.h>
 #include <stdlib.h>
+#include <string.h>
 
 #include "sampler.h"
 #include "weld.h"
@@ -96,6 +97,16 @@ int64_t nsdf_surface_components(const nsdf_surface *surface, uint32_t *component
     free(parent);
     free(number);
     return count;
+}
+
+uint32_t nsdf_largest_piece(const nsdf_surface *surface, const uint32_t *piece, uint32_t count, uint32_t *triangles) {
+    uint32_t largest = 0;
+    memset(triangles, 0, count * sizeof *triangles);
+    for (uint32_t i = 0; i < surface->triangle_count; i++)
+        triangles[piece[i]]++;
+    for (uint32_t p = 1; p < count; p++)
+        largest = triangles[p] > triangles[largest] ? p : largest;
+    return largest;
 }
 
 static void extend(float box[6], const float position[3]) {

@@ -19,6 +19,9 @@ int nsdf_add_surface_distances(const nsdf_surface *from, const nsdf_sdf *to, siz
  * ran out. */
 int64_t nsdf_surface_components(const nsdf_surface *surface, uint32_t *component);
 
+/* triangles[i] gets how many piece i < count has; returns the first of the pieces with the most. */
+uint32_t nsdf_largest_piece(const nsdf_surface *surface, const uint32_t *piece, uint32_t count, uint32_t *triangles);
+
 /* sizes[i] gets the diagonal of the box of piece i < count; piece[triangle] as nsdf_surface_components numbers them.
  * Returns 0, or -1 when memory ran out. */
 int nsdf_piece_sizes(const nsdf_surface *surface, const uint32_t *piece, uint32_t count, float *sizes);

@@ -70,13 +70,10 @@ static int is_stray(const astray *a, uint32_t triangle) {
 /* Marks the pieces, but for the largest, with a vertex away from the input.  Returns 0, or -1 when memory ran out. */
 static int mark_strays(const astray *a, const uint32_t *piece, uint32_t pieces, uint8_t *stray) {
     const nsdf_surface *decoded = a->decoded;
-    uint32_t *size = calloc(pieces, sizeof *size), largest = 0;
+    uint32_t *size = malloc(pieces * sizeof *size);
     if (!size)
         return -1;
-    for (uint32_t i = 0; i < decoded->triangle_count; i++)
-        size[piece[i]]++;
-    for (uint32_t p = 1; p < pieces; p++)
-        largest = size[p] > size[largest] ? p : largest;
+    const uint32_t largest = nsdf_largest_piece(decoded, piece, pieces, size);
     for (uint32_t i = 0; i < decoded->triangle_count; i++) {
         if (piece[i] == largest || stray[piece[i]])
             continue;
