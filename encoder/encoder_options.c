@@ -17,7 +17,7 @@ static nsdf_encoder_options common_options(void) {
     o.input = NSDF_MODEL_XYZ;
     o.activation = NSDF_MODEL_SINE;
     o.layers = 3;
-    o.width = 80;
+    o.width = 96;
     o.weight_time = NSDF_TIME_SPLINE;
     o.knot_spacing = 4.0;
     o.rank = 8;
@@ -37,12 +37,12 @@ static nsdf_encoder_options common_options(void) {
     o.block_points = 4096;
     o.d_half = 0.01;
     o.hard_samples = 1;
-    o.loss_d0 = 0.02;
     o.loss_delta = 0.01;
     o.loss_slope = 200.0;
     o.batch_frames = 8;
     o.batch_points = 1024;
     o.learning_rate = 2e-3;
+    o.parameter_rate = 1e-4;
     o.weight_bits = 11.0;
     o.quantise_aware = 1;
     o.entropy = NSDF_CODER_RANGE;
@@ -77,7 +77,6 @@ void nsdf_encoder_options_init(nsdf_encoder_options *options, nsdf_preset preset
     o.block_steps = 13000;
     if (preset == NSDF_PRESET_FAST) {
         o.knot_spacing = 6.0;
-        o.weight_bits = 10.5;
         o.learning_rate = 1.4e-3;
         o.batch_points = 512;
     }
@@ -176,7 +175,7 @@ static nsdf_status check_fitting(const nsdf_encoder_options *o, nsdf_encoder_err
         {"SDF normalisation", (double)o->sdf_norm, 0, 1},
         {"shell", o->shell == NSDF_NO_SHELL ? 0.0 : o->shell, 0, 1e30},
         {"loss", (double)o->loss, 0, 2},
-        {"loss d0", o->loss_d0, 1e-6, 1e6},
+        {"loss d0", o->loss_d0 != 0.0 ? o->loss_d0 : 1.0, 1e-6, 1e6},
         {"error for the loss of signs", o->loss_sign_error, 0, 1e9},
         {"loss of signs", o->loss_sign > 0.0 ? o->loss_sign : 1.0 + o->loss_sign, 1, 1e3},
         {"loss delta", o->loss_delta, 0, 10},
@@ -188,6 +187,7 @@ static nsdf_status check_fitting(const nsdf_encoder_options *o, nsdf_encoder_err
         {"steps of the blocks", (double)o->block_steps, 1, 1e12},
         {"points of the blocks' batch", o->block_points, 1, 1 << 16},
         {"learning rate", o->learning_rate, 1e-12, 1},
+        {"parameter rate", o->parameter_rate, 0, 1},
         {"entropy coder", (double)o->entropy, 0, 3},
         {"resolution", o->resolution ? o->resolution : 2, 2, NSDF_MAX_RESOLUTION},
         {"smallest piece", o->smallest_piece, -1, 1},

@@ -3,6 +3,7 @@
 #include "checkpoint.h"
 #include "frame_order.h"
 #include "muon.h"
+#include "network_rate.h"
 #include "optimiser.h"
 #include "stray.h"
 
@@ -13,6 +14,16 @@
 
 /* Rounding is simulated in this last part of fitting. */
 static const double quantise_aware_share = 0.25;
+
+/* The distance at which a sample has half its weight, where it is not said: the mean error within these. */
+static const double least_d0 = 0.0025, most_d0 = 0.02;
+
+/* The rate of the parameters rises over this part of the steps: a network that pays from the first on keeps its first
+ * values too long. */
+static const double rate_rise = 0.25;
+
+/* So often are quantisers chosen before, for the rate of the parameters. */
+enum { QUANTISER_STEPS = 50 };
 
 /* When the network's surface is searched for strays, as shares of the steps, and on how fine a grid. */
 static const struct {
@@ -65,6 +76,7 @@ typedef struct {
     float *gradient, *rounded; /* [parameter_count] */
     const float *active;       /* parameters that the batch uses: fitted ones, or rounded ones */
     double near_error;
+    double rate_share;      /* of the rate of the parameters, 0 to 1 */
     nsdf_sample_set *stray; /* [frame] */
     tail_ring *tail;        /* [frame] */
     uint32_t searched;      /* searches made */
@@ -237,9 +249,27 @@ static float sign_weight(const nsdf_encoder_options *o, double near_error) {
     return soon ? 1.0f : (float)o->loss_sign;
 }
 
+/* First the shape as a whole, then the surface. */
+static float weight_distance(const nsdf_encoder_options *o, double near_error) {
+    const double d0 = near_error > 0.0 ? fmax(least_d0, fmin(near_error, most_d0)) : most_d0;
+    return (float)(o->loss_d0 > 0.0 ? o->loss_d0 : d0);
+}
+
+/* Steps of the quantisers follow the values until these are rounded. */
+static void add_rate(state *s, const float *parameters, int rounding) {
+    const nsdf_encoder_options *o = s->job->options;
+    const nsdf_quantise_params quantise = {o->weight_bits, 0};
+    if (!o->quantise_aware || o->weight_bits >= 32.0 || !(o->parameter_rate > 0.0))
+        return;
+    if (!rounding && s->result->steps % QUANTISER_STEPS == 0)
+        nsdf_choose_quantisers(s->job->model, &quantise, parameters);
+    nsdf_network_add_rate(s->job->model, parameters, s->rate_share * o->parameter_rate, s->gradient);
+}
+
 static void one_step(state *s, float *parameters, double rate, int rounding) {
     const nsdf_encoder_options *o = s->job->options;
     s->loss.sign = sign_weight(o, s->near_error);
+    s->loss.d0 = weight_distance(o, s->near_error);
     s->active = parameters;
     if (rounding) {
         nsdf_round_parameters(s->job->model, parameters, s->rounded);
@@ -251,6 +281,7 @@ static void one_step(state *s, float *parameters, double rate, int rounding) {
     }
     nsdf_workers_run(s->job->workers, o->batch_frames, run_slot, s);
     gather(s);
+    add_rate(s, parameters, rounding);
     nsdf_muon_step(&s->muon, s->job->workers, parameters, s->gradient, rate);
     nsdf_adam_step(&s->adam, parameters, s->gradient, rate);
 }
@@ -369,6 +400,7 @@ static int fit_steps(state *s, float *parameters, nsdf_fit_result *result) {
             step >= (uint64_t)(searches[s->searched].at * (double)steps) &&
             find_strays(s, s->active, searches[s->searched].resolution, result) != 0)
             return -1;
+        s->rate_share = fmin(1.0, (double)step / (rate_rise * (double)steps));
         one_step(s, parameters, nsdf_rate_schedule(step, steps, o->learning_rate), step >= rounding_from);
         count_step(s, result);
         if (nsdf_checkpoint_due(s->job->checkpoint, step + 1 == s->budget.steps) && save(s) != 0)
@@ -387,6 +419,7 @@ static int fit_steps(state *s, float *parameters, nsdf_fit_result *result) {
 static int extra_steps(state *s, float *parameters, nsdf_fit_result *result) {
     const nsdf_encoder_options *o = s->job->options;
     uint64_t steps = 1 + (uint64_t)(repair_share * (double)s->budget.steps);
+    s->rate_share = 1.0;
     for (uint64_t step = 0; step < steps; step++) {
         one_step(s, parameters, nsdf_rate_schedule(step, steps, repair_rate * o->learning_rate),
                  rounding_start(o, 0) != UINT64_MAX);

@@ -22,6 +22,13 @@ typedef struct nsdf_fit_kernels {
     void (*outer)(const float *dz, size_t dz_panel, uint32_t rows, const float *x, size_t x_panel, uint32_t cols,
                   float *g, size_t stride, uint32_t panels);
 
+    /* The same with the factors rounded to bf16, sums in single precision, where the processor is faster with them; in
+     * all other sets the very same functions.  What is rounded is off by 2^-8 of itself at most. */
+    void (*multiply_short)(const float *a, size_t stride, uint32_t rows, uint32_t cols, const float *x, size_t x_panel,
+                           float *y, size_t y_panel, uint32_t panels);
+    void (*outer_short)(const float *dz, size_t dz_panel, uint32_t rows, const float *x, size_t x_panel, uint32_t cols,
+                        float *g, size_t stride, uint32_t panels);
+
     /* In place over `count` floats (a multiple of NSDF_PANEL): z becomes act(z), slope becomes act'(z).
      * sine: sin(omega z), omega cos(omega z); absolute error of sine and cosine below 3e-7 for |omega z| < 1000. */
     void (*sine)(float *z, float *slope, size_t count, float omega);
@@ -35,9 +42,13 @@ typedef struct nsdf_fit_kernels {
 /* The fastest kernels that this processor runs. */
 const nsdf_fit_kernels *nsdf_fit_kernels_select(void);
 
+/* The fastest whose short products are those of single precision. */
+const nsdf_fit_kernels *nsdf_fit_kernels_exact(void);
+
 /* Each set, NULL where the build has no such set; for tests. */
 const nsdf_fit_kernels *nsdf_fit_kernels_generic(void);
 const nsdf_fit_kernels *nsdf_fit_kernels_avx2(void);
 const nsdf_fit_kernels *nsdf_fit_kernels_avx512(void);
+const nsdf_fit_kernels *nsdf_fit_kernels_bf16(void); /* AVX-512 with bf16 */
 
 #endif

@@ -10,7 +10,7 @@ const nsdf_fit_kernels *nsdf_fit_kernels_generic(void) {
     return &kernels;
 }
 
-const nsdf_fit_kernels *nsdf_fit_kernels_select(void) {
+const nsdf_fit_kernels *nsdf_fit_kernels_exact(void) {
     const nsdf_fit_kernels *best = &kernels;
 #if defined(__x86_64__)
     if (__builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma") && nsdf_fit_kernels_avx2())
@@ -19,4 +19,14 @@ const nsdf_fit_kernels *nsdf_fit_kernels_select(void) {
         best = nsdf_fit_kernels_avx512();
 #endif
     return best;
+}
+
+const nsdf_fit_kernels *nsdf_fit_kernels_select(void) {
+    const nsdf_fit_kernels *exact = nsdf_fit_kernels_exact();
+#if defined(__x86_64__)
+    if (exact == nsdf_fit_kernels_avx512() && __builtin_cpu_supports("avx512bw") &&
+        __builtin_cpu_supports("avx512bf16") && nsdf_fit_kernels_bf16())
+        return nsdf_fit_kernels_bf16();
+#endif
+    return exact;
 }

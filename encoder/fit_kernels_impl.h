@@ -3,7 +3,8 @@
  *   KERNELS_NAME            text
  *   LANES                   4, 8 or 16
  *   ROW_BLOCK               rows of a product kept in registers, two vectors each
- *   OUTER_ROWS, OUTER_COLS  block of an outer product kept in registers */
+ *   OUTER_ROWS, OUTER_COLS  block of an outer product kept in registers
+ *   OWN_SHORT               where the file has multiply_short, outer_short and the set of kernels itself */
 #include "fit_kernels.h"
 
 #include <string.h>
@@ -206,4 +207,6 @@ static void scale(float *y, const float *x, size_t count) {
         store(y + i, load(y + i) * load(x + i));
 }
 
-static const nsdf_fit_kernels kernels = {KERNELS_NAME, multiply, outer, sine, relu, tanh_panel, scale};
+#ifndef OWN_SHORT
+static const nsdf_fit_kernels kernels = {KERNELS_NAME, multiply, outer, multiply, outer, sine, relu, tanh_panel, scale};
+#endif

@@ -123,6 +123,19 @@ static void activate(const nsdf_layer_desc *layer, const nsdf_fit_kernels *kerne
             slope[i] = 1.0f;
 }
 
+/* The products of a layer.  Between hidden layers factors are sines or the like, which fit as well when they are
+ * rounded to bf16; positions and the distance itself want all their bits. */
+typedef struct {
+    void (*multiply)(const float *, size_t, uint32_t, uint32_t, const float *, size_t, float *, size_t, uint32_t);
+    void (*outer)(const float *, size_t, uint32_t, const float *, size_t, uint32_t, float *, size_t, uint32_t);
+} layer_products;
+
+static layer_products products_of(const nsdf_network_desc *d, uint32_t layer, const nsdf_fit_kernels *kernels) {
+    if (layer > 0 && layer + 1 < d->layer_count)
+        return (layer_products){kernels->multiply_short, kernels->outer_short};
+    return (layer_products){kernels->multiply, kernels->outer};
+}
+
 /* Runs one tile; leaves every layer's inputs and slopes in the scratch memory, and values in s->f. */
 static void forward_tile(const nsdf_model *model, const nsdf_fit_kernels *kernels, nsdf_fit_scratch *s,
                          const float *composed, const nsdf_fit_points *points, uint32_t panels) {
@@ -134,8 +147,9 @@ static void forward_tile(const nsdf_model *model, const nsdf_fit_kernels *kernel
         set_position(s->input[0], first + 1, panels, points, d->input == NSDF_INPUT_XYZT);
     for (uint32_t l = 0; l < d->layer_count; l++) {
         size_t in = nsdf_layer_inputs(model, l), out = d->layers[l].width;
-        kernels->multiply(composed + model->layer_offset[l], in + 1, (uint32_t)out, (uint32_t)in + 1, s->input[l],
-                          (in + 1) * NSDF_PANEL, s->input[l + 1], (out + 1) * NSDF_PANEL, panels);
+        const layer_products product = products_of(d, l, kernels);
+        product.multiply(composed + model->layer_offset[l], in + 1, (uint32_t)out, (uint32_t)in + 1, s->input[l],
+                         (in + 1) * NSDF_PANEL, s->input[l + 1], (out + 1) * NSDF_PANEL, panels);
         for (uint32_t k = 0; k < panels; k++) {
             activate(&d->layers[l], kernels, s->input[l + 1] + k * (out + 1) * NSDF_PANEL,
                      s->slope[l] + k * out * NSDF_PANEL, out * NSDF_PANEL);
@@ -197,13 +211,14 @@ static void backward_tile(const nsdf_model *model, const nsdf_fit_kernels *kerne
         dz[i] = s->df[i] * d->value_scale * s->slope[d->layer_count - 1][i];
     for (uint32_t l = d->layer_count; l-- > 0;) {
         size_t in = nsdf_layer_inputs(model, l), out = d->layers[l].width;
-        kernels->outer(dz, out * NSDF_PANEL, (uint32_t)out, s->input[l], (in + 1) * NSDF_PANEL, (uint32_t)in + 1,
-                       gradient + model->layer_offset[l], in + 1, panels);
+        const layer_products product = products_of(d, l, kernels);
+        product.outer(dz, out * NSDF_PANEL, (uint32_t)out, s->input[l], (in + 1) * NSDF_PANEL, (uint32_t)in + 1,
+                      gradient + model->layer_offset[l], in + 1, panels);
         if (l == 0 && !train_b)
             break;
         transpose(composed + model->layer_offset[l], out, in, s->transposed);
-        kernels->multiply(s->transposed, out, (uint32_t)in, (uint32_t)out, dz, out * NSDF_PANEL, dx, in * NSDF_PANEL,
-                          panels);
+        product.multiply(s->transposed, out, (uint32_t)in, (uint32_t)out, dz, out * NSDF_PANEL, dx, in * NSDF_PANEL,
+                         panels);
         if (l == 0)
             fourier_backward(model, kernels, s, dx, gradient, panels);
         else

@@ -13,6 +13,9 @@ enum { PLAIN_RESOLUTION = 192, RESOLUTION_STEP = 32 };
 static const double share_of_sheets = 0.05;
 /* Weight of wrong signs in the loss: about what is thin there are small distances only. */
 static const double sign_weight_of_sheets = 4.0;
+/* Distance at which a sample has half its weight.  Next to a sheet every sample is near, and most of the loss would be
+ * that of its two sides: where their balance is found first, holes stay. */
+static const double loss_d0_of_sheets = 0.02;
 /* Cells that the thickness of a sheet takes, so that errors of the field leave no holes. */
 static const double cells_of_sheet = 1.1;
 
@@ -111,7 +114,9 @@ void nsdf_suit_sheets(nsdf_encoder_options *options, const nsdf_mesh_report *inp
         options->blocks = 0;
     const double thickness = input->sheet_thickness / header->scale;
     const int automatic = !(options->loss_sign > 0.0);
-    const int thin = input->sheet_share > share_of_sheets && thickness < options->loss_d0;
+    const int thin = input->sheet_share > share_of_sheets && thickness < loss_d0_of_sheets;
+    if (options->loss_d0 == 0.0 && thin)
+        options->loss_d0 = loss_d0_of_sheets;
     options->loss_sign = !automatic ? options->loss_sign : thin ? sign_weight_of_sheets : 1.0;
     options->loss_sign_error = automatic && thin ? 0.5 * thickness : 0.0;
 }

@@ -66,20 +66,31 @@ void nsdf_muon_free(nsdf_muon *muon) {
 
 /* ---- Orthogonalisation ----------------------------------------------------------------------------------- */
 
-/* By rows to panels, or its transpose. */
-static void to_panels(uint32_t n, const float *matrix, int transposed, float *panels) {
-    for (uint32_t r = 0; r < n; r++)
-        for (uint32_t c = 0; c < n; c++) {
-            const size_t at = (size_t)(c / NSDF_PANEL) * n * NSDF_PANEL + r * NSDF_PANEL + c % NSDF_PANEL;
-            panels[at] = transposed ? matrix[(size_t)c * n + r] : matrix[(size_t)r * n + c];
-        }
+/* Columns of panel k. */
+static uint32_t panel_width(uint32_t n, size_t k) {
+    return n - k * NSDF_PANEL < NSDF_PANEL ? n - (uint32_t)k * NSDF_PANEL : NSDF_PANEL;
+}
+
+static void to_panels(uint32_t n, const float *matrix, float *panels) {
+    for (size_t k = 0; k < panels_of(n); k++)
+        for (uint32_t r = 0; r < n; r++)
+            memcpy(panels + (k * n + r) * NSDF_PANEL, matrix + (size_t)r * n + k * NSDF_PANEL,
+                   panel_width(n, k) * sizeof *panels);
+}
+
+/* The transpose. */
+static void to_panels_turned(uint32_t n, const float *matrix, float *panels) {
+    for (size_t k = 0; k < panels_of(n); k++)
+        for (uint32_t c = 0; c < panel_width(n, k); c++)
+            for (uint32_t r = 0; r < n; r++)
+                panels[(k * n + r) * NSDF_PANEL + c] = matrix[(k * NSDF_PANEL + c) * n + r];
 }
 
 static void to_rows(uint32_t n, const float *panels, float *matrix) {
-    for (uint32_t r = 0; r < n; r++)
-        for (uint32_t c = 0; c < n; c++)
-            matrix[(size_t)r * n + c] =
-                panels[(size_t)(c / NSDF_PANEL) * n * NSDF_PANEL + r * NSDF_PANEL + c % NSDF_PANEL];
+    for (size_t k = 0; k < panels_of(n); k++)
+        for (uint32_t r = 0; r < n; r++)
+            memcpy(matrix + (size_t)r * n + k * NSDF_PANEL, panels + (k * n + r) * NSDF_PANEL,
+                   panel_width(n, k) * sizeof *panels);
 }
 
 static void product(const nsdf_fit_kernels *kernels, uint32_t n, const float *rows, const float *panels, float *out) {
@@ -109,8 +120,8 @@ void nsdf_muon_orthogonalise(const nsdf_fit_kernels *kernels, uint32_t n, float 
         return;
     memcpy(copy, matrix, (size_t)n * n * sizeof *copy);
     for (int i = 0; i < ITERATIONS; i++) {
-        to_panels(n, copy, 0, x);
-        to_panels(n, copy, 1, xt);
+        to_panels(n, copy, x);
+        to_panels_turned(n, copy, xt);
         product(kernels, n, copy, xt, a);
         to_rows(n, a, left);
         product(kernels, n, left, a, aa);

@@ -60,6 +60,7 @@ static const nsdf_option_field fields[] = {
     FIELD("batch frames", batch_frames, 1),
     FIELD("batch points", batch_points, 1),
     FIELD("learning rate", learning_rate, 1),
+    FIELD("parameter rate", parameter_rate, 1),
     FIELD("weight bits", weight_bits, 1),
     FIELD("quantisation-aware fitting", quantise_aware, 1),
     FIELD("entropy coder", entropy, 0),

@@ -80,6 +80,7 @@ static const char help_text[] =
     "      --loss KIND          weighted, mae or surface;  --loss-d0 F;  --delta F, --slope F of the surface loss\n"
     "      --loss-sign F        weight of a wrong sign at the surface (default: 1, of sheets 4)\n"
     "      --optimiser KIND     muon or adam: of networks;  --steps N;  --learning-rate F\n"
+    "      --parameter-rate F   error that a bit for each parameter of the network is worth\n"
     "      --batch-frames N     frames per step;  --batch-points N  points of each\n"
     "Coding (thesis 4.3):\n"
     "      --weight-bits B      4 to 16, or 32 for float32\n"
@@ -147,6 +148,7 @@ enum {
     OPT_LOSS,
     OPT_LOSS_D0,
     OPT_LOSS_SIGN,
+    OPT_PARAMETER_RATE,
     OPT_DELTA,
     OPT_SLOPE,
     OPT_STEPS,
@@ -219,6 +221,7 @@ static const struct option long_options[] = {
     {"loss", required_argument, NULL, OPT_LOSS},
     {"loss-d0", required_argument, NULL, OPT_LOSS_D0},
     {"loss-sign", required_argument, NULL, OPT_LOSS_SIGN},
+    {"parameter-rate", required_argument, NULL, OPT_PARAMETER_RATE},
     {"delta", required_argument, NULL, OPT_DELTA},
     {"slope", required_argument, NULL, OPT_SLOPE},
     {"steps", required_argument, NULL, OPT_STEPS},
@@ -519,6 +522,8 @@ static int apply_fitting(nsdf_encoder_options *e, int code, const char *text) {
         return set_double(code, text, &e->loss_d0);
     case OPT_LOSS_SIGN:
         return set_double(code, text, &e->loss_sign);
+    case OPT_PARAMETER_RATE:
+        return set_double(code, text, &e->parameter_rate);
     case OPT_DELTA:
         return set_double(code, text, &e->loss_delta);
     case OPT_SLOPE:

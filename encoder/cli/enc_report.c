@@ -40,9 +40,9 @@ static void put_options(nsdf_cli_file *f, const enc_options *o) {
         losses[e->loss], e->loss_d0, e->loss_sign, e->loss_delta, e->loss_slope);
     nsdf_cli_file_print(f,
                         "    \"optimiser\": \"%s\", \"steps\": %llu, \"batch_frames\": %u, \"batch_points\": %u, "
-                        "\"learning_rate\": %.17g,\n",
+                        "\"learning_rate\": %.17g, \"parameter_rate\": %.17g,\n",
                         e->optimiser == NSDF_OPTIMISER_ADAM ? "adam" : "muon", (unsigned long long)e->steps,
-                        e->batch_frames, e->batch_points, e->learning_rate);
+                        e->batch_frames, e->batch_points, e->learning_rate, e->parameter_rate);
     nsdf_cli_file_print(
         f, "    \"weight_bits\": %.17g, \"quantiser\": \"%s\", \"entropy\": \"%s\", \"resolution\": %u\n  },\n",
         e->weight_bits, e->quantise_aware ? "aware" : "minmax", coders[e->entropy], e->resolution);

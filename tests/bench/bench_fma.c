@@ -68,7 +68,7 @@ const char *bench_isa_name(bench_isa isa) {
 bench_isa bench_isa_of_name(const char *name) {
     bench_isa isa = BENCH_ISA_COUNT;
     while (isa-- > 0)
-        if (strcmp(sets[isa].name, name) == 0)
+        if (strncmp(sets[isa].name, name, strlen(sets[isa].name)) == 0)
             return isa;
     return BENCH_ISA_C;
 }

@@ -10,7 +10,7 @@ typedef enum bench_isa { BENCH_ISA_C, BENCH_ISA_AVX2, BENCH_ISA_AVX512, BENCH_IS
 
 /* "c", "avx2", "avx512", as nsdf_kernel_name has them. */
 const char *bench_isa_name(bench_isa isa);
-/* The C set for names it does not know. */
+/* Of a name that begins so, as "avx512-bf16" does; the C set for names it does not know. */
 bench_isa bench_isa_of_name(const char *name);
 /* Whether this machine and build can run it. */
 int bench_isa_is_here(bench_isa isa);

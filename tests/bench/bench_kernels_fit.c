@@ -66,44 +66,49 @@ static void run_fit(void *data) {
 static void run_multiply(void *data) {
     subject *s = data;
     const size_t panel = (size_t)(s->width + 1) * NSDF_PANEL;
-    s->kernels->multiply(s->values, s->width + 1, s->width, s->width + 1, s->input, panel, s->output, panel,
-                         TILE_PANELS);
+    s->kernels->multiply_short(s->values, s->width + 1, s->width, s->width + 1, s->input, panel, s->output, panel,
+                               TILE_PANELS);
 }
 
 static void run_outer(void *data) {
     subject *s = data;
     const size_t panel = (size_t)(s->width + 1) * NSDF_PANEL;
-    s->kernels->outer(s->output, panel, s->width, s->input, panel, s->width + 1, s->grad, s->width + 1, TILE_PANELS);
+    s->kernels->outer_short(s->output, panel, s->width, s->input, panel, s->width + 1, s->grad, s->width + 1,
+                            TILE_PANELS);
 }
 
 /* ---- Cases ------------------------------------------------------------------------------------------------- */
 
-static void add_width(kernels_list *list, uint32_t width, const nsdf_fit_kernels *kernels, int alone) {
+static void add_width(kernels_list *list, uint32_t width, const nsdf_fit_kernels *kernels, bench_isa isa, int alone) {
     subject *s = create_subject(width, kernels);
-    const bench_isa isa = bench_isa_of_name(kernels->name);
+    const char *factors = kernels->multiply_short == kernels->multiply ? "" : ", bf16";
     const double product = 2.0 * width * (width + 1) * TILE_PANELS * NSDF_PANEL;
     const kernels_entry fit = {"fit", isa, KERNELS_FLOP, POINTS * flop_a_sample(&s->model), POINTS, "samples", -1};
     const kernels_entry kernel = {"fit", isa, KERNELS_FLOP, product, 0.0, "", -1};
     char name[48];
-    snprintf(name, sizeof name, "3 x %u: all passes", (unsigned)width);
+    snprintf(name, sizeof name, "3 x %u%s: all passes", (unsigned)width, factors);
     kernels_add(list, &fit, name, run_fit, s);
     if (!alone)
         return;
-    snprintf(name, sizeof name, "product %u wide", (unsigned)width);
+    snprintf(name, sizeof name, "product %u wide%s", (unsigned)width, factors);
     kernels_add(list, &kernel, name, run_multiply, s);
-    snprintf(name, sizeof name, "outer product %u wide", (unsigned)width);
+    snprintf(name, sizeof name, "outer product %u wide%s", (unsigned)width, factors);
     kernels_add(list, &kernel, name, run_outer, s);
+}
+
+static void add_widths(kernels_list *list, const nsdf_fit_kernels *kernels, bench_isa isa) {
+    const int best = isa == bench_isa_best();
+    for (int i = 0; i < WIDTHS; i++)
+        if (!list->quick || widths[i] == 64)
+            add_width(list, widths[i], kernels, isa, best && (widths[i] == 64 || widths[i] == 128));
 }
 
 void kernels_add_fit(kernels_list *list) {
     const nsdf_fit_kernels *const sets[BENCH_ISA_COUNT] = {nsdf_fit_kernels_generic(), nsdf_fit_kernels_avx2(),
                                                            nsdf_fit_kernels_avx512()};
-    for (int isa = BENCH_ISA_COUNT - 1; isa >= 0; isa--) {
-        if (!sets[isa] || !bench_isa_is_here((bench_isa)isa))
-            continue;
-        const int best = isa == (int)bench_isa_best();
-        for (int i = 0; i < WIDTHS; i++)
-            if (!list->quick || widths[i] == 64)
-                add_width(list, widths[i], sets[isa], best && (widths[i] == 64 || widths[i] == 128));
-    }
+    if (nsdf_fit_kernels_select() == nsdf_fit_kernels_bf16())
+        add_widths(list, nsdf_fit_kernels_bf16(), BENCH_ISA_AVX512);
+    for (int isa = BENCH_ISA_COUNT - 1; isa >= 0; isa--)
+        if (sets[isa] && bench_isa_is_here((bench_isa)isa))
+            add_widths(list, sets[isa], (bench_isa)isa);
 }

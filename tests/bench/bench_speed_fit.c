@@ -106,20 +106,20 @@ static void run_fit(void *data) {
 static void run_multiply(void *data) {
     const job *j = data;
     const size_t panel = (size_t)(j->width + 1) * NSDF_PANEL;
-    j->kernels->multiply(j->matrix, j->width + 1, j->width, j->width + 1, j->a, panel, j->b, panel, TILE_PANELS);
+    j->kernels->multiply_short(j->matrix, j->width + 1, j->width, j->width + 1, j->a, panel, j->b, panel, TILE_PANELS);
 }
 
 /* As the gradient of a layer's inputs is made: with the transposed matrix, which has no column of biases. */
 static void run_transposed(void *data) {
     const job *j = data;
     const size_t panel = (size_t)(j->width + 1) * NSDF_PANEL;
-    j->kernels->multiply(j->matrix, j->width, j->width, j->width, j->a, panel, j->b, panel, TILE_PANELS);
+    j->kernels->multiply_short(j->matrix, j->width, j->width, j->width, j->a, panel, j->b, panel, TILE_PANELS);
 }
 
 static void run_outer(void *data) {
     const job *j = data;
     const size_t panel = (size_t)(j->width + 1) * NSDF_PANEL;
-    j->kernels->outer(j->b, panel, j->width, j->a, panel, j->width + 1, j->matrix, j->width + 1, TILE_PANELS);
+    j->kernels->outer_short(j->b, panel, j->width, j->a, panel, j->width + 1, j->matrix, j->width + 1, TILE_PANELS);
 }
 
 /* The values stay small: sin(sin(...)). */

@@ -13,9 +13,10 @@
 #include "nsdf/decoder.h"
 #include "random.h"
 
-enum { GUARD = 32, LINE = 16 /* floats in 64 bytes */, MAX_SETS = 3 };
+enum { GUARD = 32, LINE = 16 /* floats in 64 bytes */, MAX_SETS = 4 };
 static const float guard_value = -12345.5f;
-static const double rounding = 0x1p-23; /* twice the error of one operation */
+static const double rounding = 0x1p-23;         /* twice the error of one operation */
+static const double short_rounding = 0x1.01p-7; /* of a product of two factors rounded to bf16 */
 
 /* The sets that this machine can run. */
 static int list_sets(const nsdf_fit_kernels *sets[MAX_SETS]) {
@@ -26,6 +27,8 @@ static int list_sets(const nsdf_fit_kernels *sets[MAX_SETS]) {
         sets[count++] = nsdf_fit_kernels_avx2();
     if (features & NSDF_CPU_AVX512 && nsdf_fit_kernels_avx512())
         sets[count++] = nsdf_fit_kernels_avx512();
+    if (nsdf_fit_kernels_select() == nsdf_fit_kernels_bf16()) /* only where the processor has it */
+        sets[count++] = nsdf_fit_kernels_bf16();
     return count;
 }
 
@@ -83,12 +86,17 @@ static shape random_shape(nsdf_random *random, uint32_t rows, uint32_t cols, uin
     return s;
 }
 
-static void check_multiply(const nsdf_fit_kernels *set, const shape *s, nsdf_random *random) {
+typedef void (*multiply_fn)(const float *, size_t, uint32_t, uint32_t, const float *, size_t, float *, size_t,
+                            uint32_t);
+typedef void (*outer_fn)(const float *, size_t, uint32_t, const float *, size_t, uint32_t, float *, size_t, uint32_t);
+
+/* `factors` is what rounding them may cost, relative to a product. */
+static void check_product(multiply_fn multiply, double factors, const shape *s, nsdf_random *random) {
     guarded a = guarded_new(s->rows * s->stride), x = guarded_new(s->panels * s->x_panel);
     guarded y = guarded_new(s->panels * s->y_panel);
     fill_matrix(&a, s->rows, s->cols, s->stride, random);
     fill_panels(&x, s->cols, s->x_panel, s->panels, random);
-    set->multiply(a.data, s->stride, s->rows, s->cols, x.data, s->x_panel, y.data, s->y_panel, s->panels);
+    multiply(a.data, s->stride, s->rows, s->cols, x.data, s->x_panel, y.data, s->y_panel, s->panels);
     for (size_t k = 0; k < s->panels; k++) {
         for (size_t o = 0; o < s->rows; o++)
             for (size_t p = 0; p < NSDF_PANEL; p++) {
@@ -100,7 +108,7 @@ static void check_multiply(const nsdf_fit_kernels *set, const shape *s, nsdf_ran
                     magnitude += fabs(w * v);
                 }
                 const double got = (double)y.data[k * s->y_panel + o * NSDF_PANEL + p];
-                assert_true(fabs(got - sum) <= rounding * (s->cols + 1.0) * magnitude);
+                assert_true(fabs(got - sum) <= (factors + rounding * (s->cols + 1.0)) * magnitude);
             }
         for (size_t i = (size_t)s->rows * NSDF_PANEL; i < s->y_panel; i++)
             assert_true(y.data[k * s->y_panel + i] == guard_value);
@@ -110,7 +118,15 @@ static void check_multiply(const nsdf_fit_kernels *set, const shape *s, nsdf_ran
     guarded_free(&y);
 }
 
-static void check_outer(const nsdf_fit_kernels *set, const shape *s, nsdf_random *random) {
+static void check_multiply(const nsdf_fit_kernels *set, const shape *s, nsdf_random *random) {
+    check_product(set->multiply, 0.0, s, random);
+}
+
+static void check_multiply_short(const nsdf_fit_kernels *set, const shape *s, nsdf_random *random) {
+    check_product(set->multiply_short, set->multiply_short == set->multiply ? 0.0 : short_rounding, s, random);
+}
+
+static void check_sums(outer_fn outer, double factors, const shape *s, nsdf_random *random) {
     guarded x = guarded_new(s->panels * s->x_panel), dz = guarded_new(s->panels * s->y_panel);
     guarded g = guarded_new(s->rows * s->stride), before = guarded_new(s->rows * s->stride);
     fill_panels(&x, s->cols, s->x_panel, s->panels, random);
@@ -118,7 +134,7 @@ static void check_outer(const nsdf_fit_kernels *set, const shape *s, nsdf_random
     fill_matrix(&before, s->rows, s->cols, s->stride, random);
     for (size_t i = 0; i < g.count; i++)
         g.data[i] = before.data[i];
-    set->outer(dz.data, s->y_panel, s->rows, x.data, s->x_panel, s->cols, g.data, s->stride, s->panels);
+    outer(dz.data, s->y_panel, s->rows, x.data, s->x_panel, s->cols, g.data, s->stride, s->panels);
     for (size_t o = 0; o < s->rows; o++) {
         for (size_t i = 0; i < s->cols; i++) {
             double sum = (double)before.data[o * s->stride + i], magnitude = fabs(sum);
@@ -130,7 +146,7 @@ static void check_outer(const nsdf_fit_kernels *set, const shape *s, nsdf_random
                     magnitude += fabs(term);
                 }
             const double error = fabs((double)g.data[o * s->stride + i] - sum);
-            assert_true(error <= rounding * (NSDF_PANEL * s->panels + 2.0) * magnitude);
+            assert_true(error <= (factors + rounding * (NSDF_PANEL * s->panels + 2.0)) * magnitude);
         }
         for (size_t i = s->cols; i < s->stride; i++)
             assert_true(g.data[o * s->stride + i] == guard_value);
@@ -141,9 +157,18 @@ static void check_outer(const nsdf_fit_kernels *set, const shape *s, nsdf_random
     guarded_free(&before);
 }
 
+static void check_outer(const nsdf_fit_kernels *set, const shape *s, nsdf_random *random) {
+    check_sums(set->outer, 0.0, s, random);
+}
+
+static void check_outer_short(const nsdf_fit_kernels *set, const shape *s, nsdf_random *random) {
+    check_sums(set->outer_short, set->outer_short == set->outer ? 0.0 : short_rounding, s, random);
+}
+
 /* All sets, on every size near a block's and on random ones. */
 static void for_shapes(void (*check)(const nsdf_fit_kernels *, const shape *, nsdf_random *)) {
-    static const uint32_t corners[][3] = {{1, 1, 1}, {1, 70, 5}, {70, 1, 5}, {70, 70, 2}, {16, 16, 1}, {4, 4, 3}};
+    static const uint32_t corners[][3] = {{1, 1, 1}, {1, 70, 5},   {70, 1, 5},   {70, 70, 2},   {16, 16, 1},
+                                          {4, 4, 3}, {97, 96, 16}, {40, 49, 19}, {160, 160, 1}, {161, 170, 1}};
     const nsdf_fit_kernels *sets[MAX_SETS];
     const int count = list_sets(sets);
     for (int t = 0; t < count; t++) {
@@ -168,6 +193,12 @@ static void test_multiply_is_the_matrix_product_and_writes_nothing_else(void **s
 static void test_outer_adds_the_sum_over_points_and_writes_nothing_else(void **state) {
     (void)state;
     for_shapes(check_outer);
+}
+
+static void test_short_products_lose_no_more_than_bf16_does(void **state) {
+    (void)state;
+    for_shapes(check_multiply_short);
+    for_shapes(check_outer_short);
 }
 
 enum { ANGLES = 64 * 1024 };
@@ -281,6 +312,7 @@ int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_multiply_is_the_matrix_product_and_writes_nothing_else),
         cmocka_unit_test(test_outer_adds_the_sum_over_points_and_writes_nothing_else),
+        cmocka_unit_test(test_short_products_lose_no_more_than_bf16_does),
         cmocka_unit_test(test_sine_and_cosine_keep_their_bound_below_a_thousand),
         cmocka_unit_test(test_tanh_and_its_slope),
         cmocka_unit_test(test_relu_and_scale_are_exact),

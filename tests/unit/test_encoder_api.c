@@ -82,7 +82,7 @@ MISTAKE(threads, 257)
 MISTAKE(samples_per_frame, 200000000)
 MISTAKE(d_half, 0.0)
 MISTAKE(shell, -0.1)
-MISTAKE(loss_d0, 0.0)
+MISTAKE(loss_d0, -1.0)
 MISTAKE(loss_slope, 0.0)
 MISTAKE(steps, 0)
 MISTAKE(batch_frames, 0)
@@ -109,7 +109,7 @@ static void test_options_out_of_range_are_named(void **state) {
         {set_samples_per_frame, "samples per frame is 2e+08, expected 0 to 1e+08"},
         {set_d_half, "d_0.5 is 0, expected 1e-06 to 10"},
         {set_shell, "shell is -0.1, expected 0 to 1e+30"},
-        {set_loss_d0, "loss d0 is 0, expected 1e-06 to 1e+06"},
+        {set_loss_d0, "loss d0 is -1, expected 1e-06 to 1e+06"},
         {set_loss_slope, "loss slope is 0, expected 0.001 to 1e+09"},
         {set_steps, "steps is 0, expected 1 to 1e+12"},
         {set_batch_frames, "batch frames is 0, expected 1 to 4096"},

@@ -191,11 +191,11 @@ static encoded encode_coarse_blocks(frame_maker frames, uint32_t network_steps) 
 
 static void test_blocks_that_come_apart_give_way_to_a_better_network(void **state) {
     (void)state;
-    encoded e = encode_coarse_blocks(flying_sphere, 300);
+    encoded e = encode_coarse_blocks(flying_sphere, 1500);
     nsdf_decoder *decoder = open_file(&e);
     assert_true(e.stats.came_apart && !e.stats.unfollowed);
-    assert_true(e.stats.blocks == 0 && e.stats.steps >= 300);
-    assert_true(nsdf_mean_error(&e.stats.quality) < 0.2);
+    assert_true(e.stats.blocks == 0 && e.stats.steps >= 1500);
+    assert_true(nsdf_mean_error(&e.stats.quality) < 0.02);
     assert_int_equal(nsdf_verify(decoder), NSDF_OK);
     nsdf_close(&decoder);
     free(e.data);

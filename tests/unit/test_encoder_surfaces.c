@@ -141,7 +141,7 @@ static void test_open_sheets_get_a_thickness(void **state) {
     assert_string_equal(e.error.message, "frame 11 has no inside: it is a sheet with 4 open edges; give it a thickness "
                                          "(shell)");
     o.shell = 0.08;
-    o.steps = 400;
+    o.steps = 1200;
     e = encode_well(&o, square_sheet, skip_repair, NULL);
     nsdf_decoder *decoder = open_file(&e);
     for (int k = 0; k < 9; k++) {

@@ -14,7 +14,7 @@ enum { FRAMES = 9, LAYERS = 3, WIDTH = 9, MAX_SETS = 3 };
 static const nsdf_loss_params mae = {NSDF_LOSS_MAE, 0.02f, 0.01f, 200.0f, 1.0f};
 
 static int list_sets(const nsdf_fit_kernels *sets[MAX_SETS]) {
-    const nsdf_fit_kernels *best = nsdf_fit_kernels_select();
+    const nsdf_fit_kernels *best = nsdf_fit_kernels_exact();
     int count = 0;
     sets[count++] = nsdf_fit_kernels_generic();
     if (nsdf_fit_kernels_avx2() && best != sets[0]) /* what runs the best runs those before it */
@@ -34,8 +34,8 @@ typedef struct fixture {
     double u;
 } fixture;
 
-static fixture make_fixture(int kind, size_t count, double u) {
-    const nsdf_encoder_options o = sample_model_options(kind, LAYERS, WIDTH);
+static fixture make_wide_fixture(int kind, uint32_t width, size_t count, double u) {
+    const nsdf_encoder_options o = sample_model_options(kind, LAYERS, width);
     fixture f;
     memset(&f, 0, sizeof f);
     nsdf_model_describe(&f.model, &o, FRAMES);
@@ -52,6 +52,10 @@ static fixture make_fixture(int kind, size_t count, double u) {
     f.points = (nsdf_fit_points){f.xyz, f.xyz + count, f.xyz + 2 * count, f.d, count, (float)(0.8 * u)};
     f.u = u;
     return f;
+}
+
+static fixture make_fixture(int kind, size_t count, double u) {
+    return make_wide_fixture(kind, WIDTH, count, u);
 }
 
 static void free_fixture(fixture *f) {
@@ -116,7 +120,7 @@ static void test_forward_equals_the_decoder(void **state) {
             float packed[3 * COUNT], fitted[COUNT], decoded[COUNT];
             for (size_t i = 0; i < 3 * COUNT; i++)
                 packed[i] = f.xyz[(i % 3) * COUNT + i / 3];
-            nsdf_fit_forward(&f.model, nsdf_fit_kernels_select(), f.scratch, f.composed, &f.points, fitted);
+            nsdf_fit_forward(&f.model, nsdf_fit_kernels_exact(), f.scratch, f.composed, &f.points, fitted);
             assert_int_equal(nsdf_evaluate(decoder, u * (FRAMES - 1), packed, COUNT, decoded, NULL), NSDF_OK);
             for (size_t i = 0; i < COUNT; i++)
                 assert_true(fabsf(fitted[i] - decoded[i]) <= 5e-6f);
@@ -256,7 +260,7 @@ static void test_near_error_counts_points_near_the_surface_only(void **state) {
         near += fabs(reference_at(&f, f.parameters, i) - (double)f.d[i]);
         count++;
     }
-    nsdf_fit_backward(&f.model, nsdf_fit_kernels_select(), f.scratch, f.composed, &f.points, &mae, 1.0f, gradient, NULL,
+    nsdf_fit_backward(&f.model, nsdf_fit_kernels_exact(), f.scratch, f.composed, &f.points, &mae, 1.0f, gradient, NULL,
                       &sums);
     assert_true(count > 100 && count < 250);
     assert_true(sums.near_count == count);
@@ -264,6 +268,33 @@ static void test_near_error_counts_points_near_the_surface_only(void **state) {
     assert_true(fabs(sums.loss - 10.0 - reference_sum(&f, &mae)) <= 1e-3);
     free(gradient);
     free_fixture(&f);
+}
+
+/* Factors between hidden layers are then rounded to eight bits: the gradient keeps its direction. */
+static void test_short_products_hardly_turn_the_gradient(void **state) {
+    (void)state;
+    for (int kind = 0; kind < SAMPLE_MODELS; kind++) {
+        fixture f = make_wide_fixture(kind, 52, 700, 0.3);
+        const size_t size = f.model.composed_size;
+        float *exact = random_floats(size, 0.0f, 0), *rounded = random_floats(size, 0.0f, 0);
+        nsdf_fit_sums sums = {0, 0, 0}, other = {0, 0, 0};
+        double square = 0.0, difference_square = 0.0;
+        move_distances(&f);
+        nsdf_fit_backward(&f.model, nsdf_fit_kernels_exact(), f.scratch, f.composed, &f.points, &mae, 1.0f, exact, NULL,
+                          &sums);
+        nsdf_fit_backward(&f.model, nsdf_fit_kernels_select(), f.scratch, f.composed, &f.points, &mae, 1.0f, rounded,
+                          NULL, &other);
+        for (size_t i = 0; i < size; i++) {
+            const double d = (double)rounded[i] - (double)exact[i];
+            square += (double)exact[i] * (double)exact[i];
+            difference_square += d * d;
+        }
+        assert_true(square > 0.0 && difference_square <= 4e-4 * square);
+        assert_true(fabs(other.loss - sums.loss) <= 1e-2 * sums.loss);
+        free(exact);
+        free(rounded);
+        free_fixture(&f);
+    }
 }
 
 /* More points than the network is evaluated for at once, and not a multiple of it. */
@@ -301,6 +332,7 @@ int main(void) {
         cmocka_unit_test(test_forward_equals_the_decoder),
         cmocka_unit_test(test_gradients_match_finite_differences),
         cmocka_unit_test(test_gradients_add_up_over_points_and_calls),
+        cmocka_unit_test(test_short_products_hardly_turn_the_gradient),
         cmocka_unit_test(test_the_loss_of_every_point_is_given),
         cmocka_unit_test(test_near_error_counts_points_near_the_surface_only),
     };

@@ -107,9 +107,11 @@ typedef struct nsdf_encoder_options {
     /* fitting */
     nsdf_optimiser optimiser; /* default Muon, Adam for the thesis's preset */
     nsdf_loss loss;
-    double loss_d0;                /* of the weighted loss, fraction of the diagonal */
+    double loss_d0;                /* of the weighted loss of a network, fraction of the diagonal; 0 (default) = 0.0025,
+                                      of sequences of thin sheets 0.02 */
     double loss_sign;              /* of the weighted loss: weight of a wrong sign at the surface, 1 up;
-                                      0 (default) = 1, of sequences of sheets thinner than loss_d0 4 */
+                                      0 (default) = 1, of sequences of sheets thinner than 0.02 of
+                                      the diagonal 4 */
     double loss_sign_error;        /* mean error near the surface, as nsdf_progress.error, from which on that weight
                                       holds; 0 (default) = always, of sequences of sheets half their thickness */
     double loss_delta, loss_slope; /* delta (fraction of the diagonal) and s of the surface-sensitive loss */
@@ -118,6 +120,8 @@ typedef struct nsdf_encoder_options {
                                       depends on the machine, and there is no checkpoint; 0 = none */
     uint32_t batch_frames, batch_points; /* each step: so many frames, so many points of each */
     double learning_rate;
+    double parameter_rate; /* 0 to 1: error, fraction of the diagonal, that one bit for each parameter of a network is
+                              worth; without quantise_aware there is none */
     /* coding */
     double weight_bits; /* 4..16: levels per tensor are about 2^bits; 32 = float32 */
     int quantise_aware; /* rounding simulated in the last part of fitting; 0 = the thesis's min-max

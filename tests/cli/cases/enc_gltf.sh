@@ -7,7 +7,7 @@ nsdf-cmp film.glb f_%d.obj --measures none --samples 200 --csv | cut -d, -f1,6,7
 nsdf-cmp film.glb fixture/tiny.nsdf --resolution 24 --measures none --samples 200 --csv | cut -d, -f1,6,7 | tail -n 1
 nsdf-enc --check film.glb | sed 's/:.*//'
 nsdf-enc -q "${tiny[@]}" --no-verify -o film.nsdf film.glb
-nsdf-dec --info film.nsdf | grep -E 'frames|rate  '
+nsdf-dec --info film.nsdf | grep -E 'frames|frame rate'
 # The same as its frames, in segments too.
 nsdf-enc -q "${tiny[@]}" --no-verify --fps 24 --segment 0.1 -o parts.nsdf film.glb
 nsdf-enc -q "${tiny[@]}" --no-verify --fps 24 --segment 0.1 -o files.nsdf f_%d.obj
