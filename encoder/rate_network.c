@@ -11,6 +11,8 @@ static const double probe_share = 0.05, error_probe_share = 0.15; /* of the step
 static const double probe_gain = 0.6;  /* a whole fit's error as part of that of such a probe */
 static const double width_power = 0.8; /* by which errors fall with the width */
 static const double most_growth = 1.7; /* of the width from one fit to the next */
+/* A short probe may be off by far: a fit that has less than this part of the error is followed by a narrower one. */
+static const double too_good = 0.65, least_growth = 0.6;
 static const double size_aim = 0.97, error_aim = 0.97;
 /* Half a normal distribution's entropy in steps of 6 rms / 2^bits takes so much less than the bits. */
 static const double bits_saved = 0.54;
@@ -242,12 +244,14 @@ static nsdf_status fewest_bits(nsdf_rate_network *r, double *error) {
 
 static uint32_t width_step(const nsdf_rate_network *r, double error) {
     const double w = ceil((double)r->options.width * pow(error / r->aim, 1.0 / width_power));
-    return (uint32_t)fmax(LEAST_WIDTH, fmin(w, fmin(NSDF_MAX_WIDTH, most_growth * r->options.width)));
+    const double least = fmax(LEAST_WIDTH, least_growth * r->options.width);
+    return (uint32_t)fmax(least, fmin(w, fmin(NSDF_MAX_WIDTH, most_growth * r->options.width)));
 }
 
-/* Whole fits, each with a wider network, until some frames have the error or there were enough of them. */
+/* Whole fits, each with a wider network, until some frames have the error or there were enough of them; the second may
+ * be a narrower one. */
 static nsdf_status fit_wide_enough(nsdf_rate_network *r, uint32_t width) {
-    for (;;) {
+    for (int first = 1;; first = 0) {
         const uint64_t before = r->result->steps;
         double error = 0.0;
         nsdf_status status = fit_width(r, width, 1.0);
@@ -256,6 +260,10 @@ static nsdf_status fit_wide_enough(nsdf_rate_network *r, uint32_t width) {
         if (status != NSDF_OK)
             return status;
         note(r, NSDF_RATE_FIT, r->result->steps - before, error);
+        if (first && !r->stopped && error < too_good * r->aim && width > LEAST_WIDTH) {
+            width = width_step(r, error / too_good);
+            continue;
+        }
         if (!r->stopped)
             status = fewest_bits(r, &error);
         width = width_step(r, 1.05 * error);

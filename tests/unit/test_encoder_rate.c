@@ -195,6 +195,25 @@ static void test_networks_meet_an_error(void **state) {
     free(e.data);
 }
 
+/* The probe is too short for any surface, a whole fit is far better than asked for. */
+static void test_a_network_that_is_too_good_becomes_narrower(void **state) {
+    nsdf_encoder_options o = network_options();
+    uint32_t widths[2] = {0, 0}, fits = 0;
+    (void)state;
+    o.width = 24;
+    o.steps = 1500;
+    o.batch_points = 512;
+    const encoded e = encode_to(o, growing_sphere, 0.03);
+    for (uint32_t i = 0; i < e.stats.round_count && fits < 2; i++)
+        if (e.stats.rounds[i].kind == NSDF_RATE_FIT)
+            widths[fits++] = e.stats.rounds[i].width;
+    assert_int_equal(fits, 2);
+    assert_true(widths[1] < widths[0] && widths[1] * 2 >= widths[0]);
+    check_error(&e, 0.03);
+    assert_true(e.stats.target_met);
+    free(e.data);
+}
+
 /* ---- Options ---------------------------------------------------------------------------------------------- */
 
 static void refuse(const nsdf_encoder_options *o, const char *text) {
@@ -250,6 +269,7 @@ int main(void) {
         cmocka_unit_test(test_smaller_errors_take_more_bytes),
         cmocka_unit_test(test_errors_out_of_reach_are_said_to_be_missed),
         cmocka_unit_test(test_networks_meet_an_error),
+        cmocka_unit_test(test_a_network_that_is_too_good_becomes_narrower),
         cmocka_unit_test(test_targets_are_checked),
         cmocka_unit_test(test_without_a_target_there_are_no_rounds),
     };
