@@ -16,7 +16,8 @@ int nsdf_block_work_create(nsdf_block_work *w, uint32_t points, uint32_t blocks,
     w->start = malloc((cells_of(frame) + 2) * sizeof *w->start);
     w->sum = malloc(n * sizeof *w->sum);
     w->first = calloc((size_t)blocks + 1, sizeof *w->first);
-    if (w->cell && w->start && w->sum && w->first)
+    w->kept_first = calloc((size_t)blocks + 1, sizeof *w->kept_first);
+    if (w->cell && w->start && w->sum && w->first && w->kept_first)
         return 0;
     nsdf_block_work_free(w);
     return -1;
@@ -27,6 +28,8 @@ void nsdf_block_work_free(nsdf_block_work *w) {
     free(w->start);
     free(w->sum);
     free(w->first);
+    free(w->kept);
+    free(w->kept_first);
     free(w->point);
     for (int i = 0; i < NSDF_HIT_ARRAYS; i++)
         free(w->hit[i]);
@@ -37,7 +40,8 @@ int nsdf_block_batch_create(nsdf_block_batch *b, uint32_t points, uint32_t block
     memset(b, 0, sizeof *b);
     b->point = calloc((size_t)points + NSDF_HIT_LANES, sizeof *b->point);
     b->first = calloc((size_t)blocks + 1, sizeof *b->first);
-    if (b->point && b->first)
+    b->listed = calloc(blocks, sizeof *b->listed);
+    if (b->point && b->first && b->listed)
         return 0;
     nsdf_block_batch_free(b);
     return -1;
@@ -47,6 +51,7 @@ void nsdf_block_batch_free(nsdf_block_batch *b) {
     free(b->point);
     free(b->first);
     free(b->near);
+    free(b->listed);
     memset(b, 0, sizeof *b);
 }
 
@@ -112,7 +117,6 @@ void nsdf_block_batch_fill(nsdf_block_batch *b, nsdf_block_work *w, const nsdf_b
         to[2] = samples->z[i];
         to[3] = samples->d[i];
     }
-    b->listed = 0;
 }
 
 /* Where the points of each cell begin. */
@@ -151,17 +155,48 @@ static int list_block(nsdf_block_batch *b, const nsdf_block_work *w, const nsdf_
     return 0;
 }
 
+/* Sets the candidates aside, so that those of some blocks can be found anew between the others'. */
+static int keep_candidates(const nsdf_block_batch *b, nsdf_block_work *w, uint32_t blocks) {
+    const size_t count = b->first[blocks];
+    if (count > w->kept_capacity) {
+        uint16_t *kept = realloc(w->kept, 2 * count * sizeof *kept);
+        if (!kept)
+            return -1;
+        w->kept = kept;
+        w->kept_capacity = 2 * count;
+    }
+    memcpy(w->kept_first, b->first, ((size_t)blocks + 1) * sizeof *b->first);
+    if (count > 0)
+        memcpy(w->kept, b->near, count * sizeof *b->near);
+    return 0;
+}
+
+static int take_back(nsdf_block_batch *b, const nsdf_block_work *w, uint32_t block, size_t *at) {
+    const size_t from = w->kept_first[block], count = w->kept_first[block + 1] - from;
+    if (need_candidates(b, *at + count + NSDF_HIT_LANES) != 0)
+        return -1;
+    if (count > 0)
+        memcpy(b->near + *at, w->kept + from, count * sizeof *b->near);
+    *at += count;
+    return 0;
+}
+
 int nsdf_block_batch_list(nsdf_block_batch *b, nsdf_block_work *w, const nsdf_block_passes *passes,
                           const nsdf_block_frame *frame, const float (*map)[12], const float (*reach)[6],
-                          uint32_t blocks, float margin) {
+                          const uint32_t *stamp, uint32_t blocks, float margin) {
     size_t at = 0;
-    if (need_candidates(b, NSDF_HIT_LANES) != 0)
+    if (need_candidates(b, NSDF_HIT_LANES) != 0 || (stamp && keep_candidates(b, w, blocks) != 0))
         return -1;
     find_cells(b, w, frame);
     for (uint32_t k = 0; k < blocks; k++) {
+        const int kept = stamp && b->listed[k] == stamp[k];
         b->first[k] = (uint32_t)at;
-        if (frame->alive[k] && list_block(b, w, passes, frame, map[k], reach[k], margin, &at) != 0)
+        if (!frame->alive[k])
+            continue;
+        if (kept ? take_back(b, w, k, &at) : list_block(b, w, passes, frame, map[k], reach[k], margin, &at))
             return -1;
+        if (stamp)
+            b->listed[k] = stamp[k];
     }
     b->first[blocks] = (uint32_t)at;
     memset(b->near + at, 0, NSDF_HIT_LANES * sizeof *b->near); /* for vectors that reach beyond the last */

@@ -15,7 +15,7 @@ typedef struct nsdf_block_batch {
     uint32_t *first;   /* [block + 1]: where a block's candidates begin */
     uint16_t *near;    /* [candidate + NSDF_HIT_LANES]: points, ascending within a block */
     size_t near_capacity;
-    uint32_t listed; /* which reference (block_cache.h) the candidates belong to; 0 = none */
+    uint32_t *listed; /* [block]: stamp of the map (block_cache.h) that its candidates were found with; 0 = none */
 } nsdf_block_batch;
 
 /* What working on a batch needs; one for each worker. */
@@ -24,8 +24,11 @@ typedef struct nsdf_block_work {
     uint32_t *start; /* [cells + 2] */
     float (*sum)[2]; /* [point + 1]: weights and values over the balls; then dL/df over the weights, and f.  One more
                         stands for no point. */
-    uint32_t *first; /* [block + 1]: where a block's hits begin, a multiple of NSDF_HIT_LANES */
-    uint32_t *point; /* [hit] */
+    uint16_t *kept;  /* [kept_first[blocks]]: candidates as they were, while some are found anew */
+    uint32_t *kept_first; /* [block + 1] */
+    size_t kept_capacity;
+    uint32_t *first;             /* [block + 1]: where a block's hits begin, a multiple of NSDF_HIT_LANES */
+    uint32_t *point;             /* [hit] */
     float *hit[NSDF_HIT_ARRAYS]; /* [hit]: u, v, w, root = 1 - |u|^2, the block's value */
     size_t hit_capacity;
 } nsdf_block_work;
@@ -86,10 +89,11 @@ void nsdf_block_batch_fill(nsdf_block_batch *batch, nsdf_block_work *work, const
                            const nsdf_sample_set *samples, size_t from, size_t stride, uint32_t wanted);
 
 /* Candidates of each block that is there: the points within 1 + margin of its radius, where `map` and `reach`
- * ([block][12], [block][6], as frame->map and reach) put it.  Returns 0, or -1 when memory ran out. */
+ * ([block][12], [block][6], as frame->map and reach) put it.  With stamps ([block], all above 0), only those of blocks
+ * whose stamp is not batch->listed are found, which then is; NULL = all.  Returns 0, or -1 when memory ran out. */
 int nsdf_block_batch_list(nsdf_block_batch *batch, nsdf_block_work *work, const nsdf_block_passes *passes,
                           const nsdf_block_frame *frame, const float (*map)[12], const float (*reach)[6],
-                          uint32_t blocks, float margin);
+                          const uint32_t *stamp, uint32_t blocks, float margin);
 
 /* Finds the hits among the candidates at the frame's time, and the sums over the balls there.  Returns 0, or -1 when
  * memory ran out. */

@@ -21,7 +21,7 @@ static double bytes_of(const nsdf_block_cache *c) {
     double bytes = 0.0;
     for (uint32_t f = 0; f < c->frame_count; f++)
         bytes += (double)SAMPLE_BYTES * (double)c->samples[f].count +
-                 (double)c->blocks * (double)(18 * sizeof(float) + stride_of(c, f) * sizeof(uint32_t));
+                 (double)c->blocks * (double)(18 * sizeof(float) + (1 + 2 * stride_of(c, f)) * sizeof(uint32_t));
     return bytes;
 }
 
@@ -32,7 +32,8 @@ static int create_references(nsdf_block_cache *c) {
         nsdf_block_reference *r = &c->references[f];
         r->map = malloc(sizeof *r->map * c->blocks);
         r->reach = malloc(sizeof *r->reach * c->blocks);
-        ok &= r->map && r->reach;
+        r->stamp = calloc(c->blocks, sizeof *r->stamp);
+        ok &= r->map && r->reach && r->stamp;
     }
     return c->references && ok ? 0 : -1;
 }
@@ -64,6 +65,7 @@ void nsdf_block_cache_free(nsdf_block_cache *c) {
     for (uint32_t f = 0; c->references && f < c->frame_count; f++) {
         free(c->references[f].map);
         free(c->references[f].reach);
+        free(c->references[f].stamp);
     }
     free(c->references);
     free(c->batches);
@@ -94,17 +96,23 @@ static int is_covered(const float map[12], const float pose[12], float radius) {
     return sqrtf(turned) + sqrtf(moved) < margin_kept * margin;
 }
 
-static int covers(const nsdf_block_reference *r, const nsdf_block_frame *at, const float *radii, uint32_t blocks) {
-    uint32_t apart = 0;
-    for (uint32_t k = 0; k < blocks && !apart; k++)
-        apart = at->alive[k] && !is_covered(r->map[k], at->pose[k], radii[k]);
-    return !apart;
+/* Moves it to where the blocks are that have left it. */
+static void renew(nsdf_block_reference *r, const nsdf_block_frame *at, const float *radii, uint32_t blocks) {
+    for (uint32_t k = 0; k < blocks; k++) {
+        if (!at->alive[k] || (r->stamp[k] > 0 && is_covered(r->map[k], at->pose[k], radii[k])))
+            continue;
+        memcpy(r->map[k], at->map[k], sizeof r->map[k]);
+        memcpy(r->reach[k], at->reach[k], sizeof r->reach[k]);
+        r->stamp[k]++;
+    }
 }
 
-static void set_reference(nsdf_block_reference *r, const nsdf_block_frame *at, uint32_t blocks) {
-    memcpy(r->map, at->map, blocks * sizeof *r->map);
-    memcpy(r->reach, at->reach, blocks * sizeof *r->reach);
-    r->stamp++;
+static int is_current(const nsdf_block_batch *b, const nsdf_block_reference *r, const nsdf_block_frame *at,
+                      uint32_t blocks) {
+    for (uint32_t k = 0; k < blocks; k++)
+        if (at->alive[k] && b->listed[k] != r->stamp[k])
+            return 0;
+    return 1;
 }
 
 /* ---- Batches --------------------------------------------------------------------------------------------- */
@@ -119,14 +127,12 @@ static const nsdf_block_batch *take_kept(nsdf_block_cache *c, uint32_t frame, ui
             return NULL;
         nsdf_block_batch_fill(b, work, at, &c->samples[frame], number, stride_of(c, frame), c->wanted);
     }
-    if (r->stamp == 0 || !covers(r, at, radii, c->blocks))
-        set_reference(r, at, c->blocks);
-    if (b->listed != r->stamp) {
-        if (nsdf_block_batch_list(b, work, passes, at, (const float(*)[12])r->map, (const float(*)[6])r->reach,
-                                  c->blocks, margin) != 0)
-            return NULL;
-        b->listed = r->stamp;
-    }
+    renew(r, at, radii, c->blocks);
+    if (is_current(b, r, at, c->blocks))
+        return b;
+    if (nsdf_block_batch_list(b, work, passes, at, (const float(*)[12])r->map, (const float(*)[6])r->reach, r->stamp,
+                              c->blocks, margin) != 0)
+        return NULL;
     return b;
 }
 
@@ -137,7 +143,7 @@ const nsdf_block_batch *nsdf_block_cache_take(nsdf_block_cache *c, uint32_t fram
     if (keep && c->batches)
         return take_kept(c, frame, number, at, radii, passes, work);
     nsdf_block_batch_fill(own, work, at, &c->samples[frame], number, stride_of(c, frame), c->wanted);
-    if (nsdf_block_batch_list(own, work, passes, at, (const float(*)[12])at->map, (const float(*)[6])at->reach,
+    if (nsdf_block_batch_list(own, work, passes, at, (const float(*)[12])at->map, (const float(*)[6])at->reach, NULL,
                               c->blocks, 0.0f) != 0)
         return NULL;
     return own;

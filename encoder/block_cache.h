@@ -2,18 +2,18 @@
  *
  * A frame's samples fall into as many batches as there are strides through them, which stay what they are, and while
  * fitting blocks hardly move: candidates found once, with a margin, serve many steps.  Whether they still do is not
- * guessed: a frame's candidates belong to a reference, the maps that they were found with, and hold all points of a
- * ball as long as its map is near enough to that of the reference. */
+ * guessed: a ball's candidates belong to a reference, the map that they were found with, and hold all of its points as
+ * long as its map is near enough to that one.  Of balls that have moved further they are found anew. */
 #ifndef NSDF_BLOCK_CACHE_H
 #define NSDF_BLOCK_CACHE_H
 
 #include "block_batch.h"
 
-/* Where a frame's blocks were when its candidates were last found. */
+/* Where a frame's blocks were when their candidates were last found. */
 typedef struct nsdf_block_reference {
     float (*map)[12]; /* [block] */
     float (*reach)[6];
-    uint32_t stamp; /* how often it was set; 0 = never */
+    uint32_t *stamp; /* how often it was set; 0 = never */
 } nsdf_block_reference;
 
 typedef struct nsdf_block_cache {

@@ -115,8 +115,8 @@ static subject *create_subject(const balls *b, const nsdf_block_passes *passes) 
             bench_checked(NULL);
         nsdf_block_batch_fill(&s->batch[i], &s->work[i], &b->frame, &set, 0, 1, POINTS);
         nsdf_sample_set_free(&set);
-        if (nsdf_block_batch_list(&s->batch[i], &s->work[i], passes, &b->frame, b->map, b->reach, BLOCKS, margin) !=
-                0 ||
+        if (nsdf_block_batch_list(&s->batch[i], &s->work[i], passes, &b->frame, b->map, b->reach, NULL, BLOCKS,
+                                  margin) != 0 ||
             forward(s, i) != 0)
             bench_checked(NULL);
         for (uint32_t h = 0; h < s->work[i].first[BLOCKS]; h++)
