@@ -1,5 +1,7 @@
 #include "block_rate.h"
 
+#include "rate_term.h"
+
 #include <math.h>
 
 /* Of the differences between values of a tensor that are `apart` from each other; with 0, of the values. */
@@ -7,15 +9,7 @@ static void add_tensor(const nsdf_block_model *model, uint32_t tensor, size_t ap
                        float *gradient) {
     const nsdf_array_desc *a = &model->desc.list.tensors[tensor].arrays[0];
     const size_t count = (size_t)a->planes * a->rows * a->cols, at = nsdf_block_offset(&model->desc, tensor);
-    const float *now = values + at;
-    const float square = a->step * a->step;
-    float *slope = gradient + at;
-    for (size_t i = apart; i < count; i++) {
-        const float r = now[i] - (apart > 0 ? now[i - apart] : 0.0f), d = scale * r / (r * r + square);
-        slope[i] += d;
-        if (apart > 0)
-            slope[i - apart] -= d;
-    }
+    nsdf_add_rate_term(values + at, count, apart, a->step, scale, gradient + at);
 }
 
 static size_t plane_size(const nsdf_block_model *model, uint32_t tensor) {
