@@ -1,5 +1,5 @@
 # Broken meshes are encoded as the clean ones are: the decoded surface is that of the clean mesh.
-small=(--layers 2 --width 32 --steps 500 --batch-points 512 --samples 20000 --resolution 64 --threads 2)
+small=(--layers 2 --width 32 --steps 1000 --batch-points 512 --samples 20000 --resolution 64 --threads 2)
 mean_error() { # REF FILE: the larger of both directions, times 1e4, rounded up
     nsdf-cmp "$1" "$2" --measures none --samples 4000 --resolution 96 |
         awk '$1 == "mean" { m = $2 > $3 ? $2 : $3; printf "%d\n", 1e4 * m + 1 }'
