@@ -84,7 +84,8 @@ void nsdf_block_work_free(nsdf_block_work *work);
 int nsdf_block_batch_create(nsdf_block_batch *batch, uint32_t points, uint32_t blocks);
 void nsdf_block_batch_free(nsdf_block_batch *batch);
 
-/* The samples from, from + stride, ..., at most `wanted`, in the order of the frame's cells. */
+/* The samples from, from + stride, ..., at most `wanted`, in the order of the frame's cells.  Candidates of what the
+ * batch held before are of no use: they are to be listed without stamps. */
 void nsdf_block_batch_fill(nsdf_block_batch *batch, nsdf_block_work *work, const nsdf_block_frame *frame,
                            const nsdf_sample_set *samples, size_t from, size_t stride, uint32_t wanted);
 

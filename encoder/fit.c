@@ -255,11 +255,15 @@ static float weight_distance(const nsdf_encoder_options *o, double near_error) {
     return (float)(o->loss_d0 > 0.0 ? o->loss_d0 : d0);
 }
 
+static int is_rounded(const nsdf_encoder_options *o) {
+    return o->quantise_aware && o->weight_bits < 32.0;
+}
+
 /* Steps of the quantisers follow the values until these are rounded. */
 static void add_rate(state *s, const float *parameters, int rounding) {
     const nsdf_encoder_options *o = s->job->options;
     const nsdf_quantise_params quantise = {o->weight_bits, 0};
-    if (!o->quantise_aware || o->weight_bits >= 32.0 || !(o->parameter_rate > 0.0))
+    if (!is_rounded(o) || !(o->parameter_rate > 0.0))
         return;
     if (!rounding && s->result->steps % QUANTISER_STEPS == 0)
         nsdf_choose_quantisers(s->job->model, &quantise, parameters);
@@ -330,7 +334,7 @@ static int find_strays(state *s, const float *parameters, uint32_t resolution, n
 
 /* The step, of `steps`, from which on the batch sees rounded parameters. */
 static uint64_t rounding_start(const nsdf_encoder_options *o, uint64_t steps) {
-    if (!o->quantise_aware || o->weight_bits >= 32.0)
+    if (!is_rounded(o))
         return UINT64_MAX;
     return (uint64_t)((1.0 - quantise_aware_share) * (double)steps);
 }

@@ -10,24 +10,25 @@
 
 enum { NSDF_PANEL = 32 };
 
+/* y[panel][o][p] = sum_i a[o * stride + i] x[panel][i][p] for o < rows, i < cols.  Consecutive panels of x and y are
+ * x_panel and y_panel floats apart. */
+typedef void nsdf_fit_multiply(const float *a, size_t stride, uint32_t rows, uint32_t cols, const float *x,
+                               size_t x_panel, float *y, size_t y_panel, uint32_t panels);
+
+/* g[o * stride + i] += sum over panels and p of dz[panel][o][p] x[panel][i][p]. */
+typedef void nsdf_fit_outer(const float *dz, size_t dz_panel, uint32_t rows, const float *x, size_t x_panel,
+                            uint32_t cols, float *g, size_t stride, uint32_t panels);
+
 typedef struct nsdf_fit_kernels {
     const char *name;
 
-    /* y[panel][o][p] = sum_i a[o * stride + i] x[panel][i][p] for o < rows, i < cols.  Consecutive panels of x and y
-     * are x_panel and y_panel floats apart. */
-    void (*multiply)(const float *a, size_t stride, uint32_t rows, uint32_t cols, const float *x, size_t x_panel,
-                     float *y, size_t y_panel, uint32_t panels);
-
-    /* g[o * stride + i] += sum over panels and p of dz[panel][o][p] x[panel][i][p]. */
-    void (*outer)(const float *dz, size_t dz_panel, uint32_t rows, const float *x, size_t x_panel, uint32_t cols,
-                  float *g, size_t stride, uint32_t panels);
+    nsdf_fit_multiply *multiply;
+    nsdf_fit_outer *outer;
 
     /* The same with the factors rounded to bf16, sums in single precision, where the processor is faster with them; in
      * all other sets the very same functions.  What is rounded is off by 2^-8 of itself at most. */
-    void (*multiply_short)(const float *a, size_t stride, uint32_t rows, uint32_t cols, const float *x, size_t x_panel,
-                           float *y, size_t y_panel, uint32_t panels);
-    void (*outer_short)(const float *dz, size_t dz_panel, uint32_t rows, const float *x, size_t x_panel, uint32_t cols,
-                        float *g, size_t stride, uint32_t panels);
+    nsdf_fit_multiply *multiply_short;
+    nsdf_fit_outer *outer_short;
 
     /* In place over `count` floats (a multiple of NSDF_PANEL): z becomes act(z), slope becomes act'(z).
      * sine: sin(omega z), omega cos(omega z); absolute error of sine and cosine below 3e-7 for |omega z| < 1000. */

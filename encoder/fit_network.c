@@ -126,8 +126,8 @@ static void activate(const nsdf_layer_desc *layer, const nsdf_fit_kernels *kerne
 /* The products of a layer.  Between hidden layers factors are sines or the like, which fit as well when they are
  * rounded to bf16; positions and the distance itself want all their bits. */
 typedef struct {
-    void (*multiply)(const float *, size_t, uint32_t, uint32_t, const float *, size_t, float *, size_t, uint32_t);
-    void (*outer)(const float *, size_t, uint32_t, const float *, size_t, uint32_t, float *, size_t, uint32_t);
+    nsdf_fit_multiply *multiply;
+    nsdf_fit_outer *outer;
 } layer_products;
 
 static layer_products products_of(const nsdf_network_desc *d, uint32_t layer, const nsdf_fit_kernels *kernels) {

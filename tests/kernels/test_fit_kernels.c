@@ -86,12 +86,8 @@ static shape random_shape(nsdf_random *random, uint32_t rows, uint32_t cols, uin
     return s;
 }
 
-typedef void (*multiply_fn)(const float *, size_t, uint32_t, uint32_t, const float *, size_t, float *, size_t,
-                            uint32_t);
-typedef void (*outer_fn)(const float *, size_t, uint32_t, const float *, size_t, uint32_t, float *, size_t, uint32_t);
-
 /* `factors` is what rounding them may cost, relative to a product. */
-static void check_product(multiply_fn multiply, double factors, const shape *s, nsdf_random *random) {
+static void check_product(nsdf_fit_multiply *multiply, double factors, const shape *s, nsdf_random *random) {
     guarded a = guarded_new(s->rows * s->stride), x = guarded_new(s->panels * s->x_panel);
     guarded y = guarded_new(s->panels * s->y_panel);
     fill_matrix(&a, s->rows, s->cols, s->stride, random);
@@ -126,7 +122,7 @@ static void check_multiply_short(const nsdf_fit_kernels *set, const shape *s, ns
     check_product(set->multiply_short, set->multiply_short == set->multiply ? 0.0 : short_rounding, s, random);
 }
 
-static void check_sums(outer_fn outer, double factors, const shape *s, nsdf_random *random) {
+static void check_sums(nsdf_fit_outer *outer, double factors, const shape *s, nsdf_random *random) {
     guarded x = guarded_new(s->panels * s->x_panel), dz = guarded_new(s->panels * s->y_panel);
     guarded g = guarded_new(s->rows * s->stride), before = guarded_new(s->rows * s->stride);
     fill_panels(&x, s->cols, s->x_panel, s->panels, random);

@@ -88,6 +88,7 @@ MISTAKE(steps, 0)
 MISTAKE(batch_frames, 0)
 MISTAKE(batch_points, 0)
 MISTAKE(learning_rate, 0.0)
+MISTAKE(parameter_rate, 1.5)
 MISTAKE(resolution, 1)
 MISTAKE(weight_bits, 3.9)
 MISTAKE(input, NSDF_MODEL_XYZT)
@@ -115,6 +116,7 @@ static void test_options_out_of_range_are_named(void **state) {
         {set_batch_frames, "batch frames is 0, expected 1 to 4096"},
         {set_batch_points, "batch points is 0, expected 1 to 1.04858e+06"},
         {set_learning_rate, "learning rate is 0, expected 1e-12 to 1"},
+        {set_parameter_rate, "parameter rate is 1.5, expected 0 to 1"},
         {set_resolution, "resolution is 1, expected 2 to 4096"},
         {set_weight_bits, "weight bits are 3.9, expected 4 to 16, or 32"},
         {set_input, "weights that change with time go with xyz input only: time is an input otherwise"},

@@ -107,13 +107,13 @@ typedef struct nsdf_encoder_options {
     /* fitting */
     nsdf_optimiser optimiser; /* default Muon, Adam for the thesis's preset */
     nsdf_loss loss;
-    double loss_d0;                /* of the weighted loss of a network, fraction of the diagonal; 0 (default) = 0.0025,
-                                      of sequences of thin sheets 0.02 */
-    double loss_sign;              /* of the weighted loss: weight of a wrong sign at the surface, 1 up;
-                                      0 (default) = 1, of sequences of sheets thinner than 0.02 of
-                                      the diagonal 4 */
-    double loss_sign_error;        /* mean error near the surface, as nsdf_progress.error, from which on that weight
-                                      holds; 0 (default) = always, of sequences of sheets half their thickness */
+    double loss_d0;         /* of the weighted loss of a network, fraction of the diagonal; 0 (default) = the mean
+                               error near the surface, 0.0025 to 0.02, of sequences of thin sheets 0.02 */
+    double loss_sign;       /* of the weighted loss: weight of a wrong sign at the surface, 1 up;
+                               0 (default) = 1, of sequences of sheets thinner than 0.02 of
+                               the diagonal 4 */
+    double loss_sign_error; /* mean error near the surface, as nsdf_progress.error, from which on that weight
+                               holds; 0 (default) = always, of sequences of sheets half their thickness */
     double loss_delta, loss_slope; /* delta (fraction of the diagonal) and s of the surface-sensitive loss */
     uint64_t steps;                /* of Adam */
     double time_budget;            /* seconds that the run should take, instead of a number of steps; the file then
