@@ -50,10 +50,11 @@ static void miss(const double *bone, const double y[4], const double x[3], doubl
         d[k] = bone[4 * k] * y[0] + bone[4 * k + 1] * y[1] + bone[4 * k + 2] * y[2] + bone[4 * k + 3] * y[3] - x[k];
 }
 
-/* Squared error of one bone alone, over all frames. */
-static double error_alone(const nsdf_bones *b, const nsdf_motion *m, uint32_t block, uint32_t bone) {
+/* Squared error of one bone alone, over all frames; where that is above `limit`, perhaps of the first ones only, which
+ * is above it too. */
+static double error_alone(const nsdf_bones *b, const nsdf_motion *m, uint32_t block, uint32_t bone, double limit) {
     double sum = 0.0;
-    for (uint32_t f = 0; f < b->frame_count; f++)
+    for (uint32_t f = 0; f < b->frame_count && !(sum > limit); f++)
         for (int n = 0; n < POINTS; n++) {
             double y[4], x[3], d[3];
             rest_point(m, block, n, y);
@@ -118,7 +119,7 @@ static int best_bones(const nsdf_bones *b, const nsdf_motion *m, uint32_t block,
     double errors[CANDIDATES];
     int count = 0;
     for (uint32_t i = 0; i < b->bone_count; i++) {
-        double e = error_alone(b, m, block, i);
+        double e = error_alone(b, m, block, i, count < CANDIDATES ? INFINITY : errors[CANDIDATES - 1]);
         int at = count < CANDIDATES ? count++ : CANDIDATES;
         for (; at > 0 && errors[at - 1] > e; at--)
             if (at < CANDIDATES) {
@@ -217,11 +218,12 @@ static void choose_weights(void *data, uint32_t block, uint32_t worker) {
 static void assign(void *data, uint32_t block, uint32_t worker) {
     const job *j = data;
     nsdf_bones *b = j->bones;
+    const double before = error_alone(b, j->motion, block, b->bone[block][0], INFINITY);
     uint32_t best = 0;
     (void)worker;
     j->errors[block] = INFINITY;
     for (uint32_t i = 0; i < b->bone_count; i++) {
-        double e = error_alone(b, j->motion, block, i);
+        double e = error_alone(b, j->motion, block, i, fmin(before, j->errors[block]));
         if (e < j->errors[block]) {
             j->errors[block] = e;
             best = i;

@@ -5,23 +5,28 @@
 #include <math.h>
 #include <stdbool.h>
 #include <stdlib.h>
-#include <string.h>
 
 #define BINS 16
 #define DEEP 32 /* from here on ranges are halved, which bounds the depth: 32 + log2(2^31) < 64 levels */
 
+/* The fourth numbers fill a register; they mean nothing. */
 typedef struct box {
-    float low[3], high[3];
+    float low[4], high[4];
 } box;
 
 typedef struct item {
     box bounds;
-    uint32_t triangle;
+    uint32_t triangle, bin; /* of the split that is being made */
 } item;
+
+/* What the items of a range or a bin cover: their bounds, and those of twice their centres. */
+typedef struct extent {
+    box bounds, centres;
+} extent;
 
 typedef struct range {
     uint32_t first, count;
-    box bounds;
+    extent extent;
 } range;
 
 typedef struct builder {
@@ -31,13 +36,32 @@ typedef struct builder {
     bool failed;
 } builder;
 
-static const box empty_box = {{INFINITY, INFINITY, INFINITY}, {-INFINITY, -INFINITY, -INFINITY}};
+static const extent nothing = {
+    {{INFINITY, INFINITY, INFINITY, INFINITY}, {-INFINITY, -INFINITY, -INFINITY, -INFINITY}},
+    {{INFINITY, INFINITY, INFINITY, INFINITY}, {-INFINITY, -INFINITY, -INFINITY, -INFINITY}}};
 
-static void box_add(box *to, const box *from) {
-    for (int k = 0; k < 3; k++) {
+static inline void box_add(box *restrict to, const box *restrict from) {
+    NSDF_VECTOR_LOOP
+    for (int k = 0; k < 4; k++) {
         to->low[k] = from->low[k] < to->low[k] ? from->low[k] : to->low[k];
         to->high[k] = from->high[k] > to->high[k] ? from->high[k] : to->high[k];
     }
+}
+
+static inline void extent_add(extent *restrict to, const extent *restrict from) {
+    box_add(&to->bounds, &from->bounds);
+    box_add(&to->centres, &from->centres);
+}
+
+static inline void extent_add_item(extent *restrict to, const item *restrict from) {
+    box centre;
+    NSDF_VECTOR_LOOP
+    for (int k = 0; k < 4; k++) {
+        centre.low[k] = from->bounds.low[k] + from->bounds.high[k];
+        centre.high[k] = centre.low[k];
+    }
+    box_add(&to->bounds, &from->bounds);
+    box_add(&to->centres, &centre);
 }
 
 static float half_area(const box *b) {
@@ -45,17 +69,12 @@ static float half_area(const box *b) {
     return x * y + y * z + z * x;
 }
 
-/* Twice the centre, on one axis. */
-static float centre(const item *i, int axis) {
-    return i->bounds.low[axis] + i->bounds.high[axis];
-}
-
-static box bounds_of(const item *items, uint32_t count) {
-    box bounds = empty_box;
+static extent extent_of(const item *items, uint32_t count) {
+    extent sum = nothing;
     for (uint32_t i = 0; i < count; i++) {
-        box_add(&bounds, &items[i].bounds);
+        extent_add_item(&sum, &items[i]);
     }
-    return bounds;
+    return sum;
 }
 
 static void swap_items(item *a, item *b) {
@@ -64,66 +83,76 @@ static void swap_items(item *a, item *b) {
     *b = t;
 }
 
+/* ---- Splitting in two ------------------------------------------------------------------------------------ */
+
 typedef struct bin_plan {
     int axis;
     float low, scale;
 } bin_plan;
 
-static uint32_t bin_of(const bin_plan *plan, const item *i) {
-    uint32_t bin = (uint32_t)((centre(i, plan->axis) - plan->low) * plan->scale);
-    return bin < BINS - 1 ? bin : BINS - 1;
+typedef struct bin_set {
+    extent extent[BINS];
+    uint32_t count[BINS];
+} bin_set;
+
+static inline uint32_t bin_of(const bin_plan *plan, const item *i) {
+    const float centre = i->bounds.low[plan->axis] + i->bounds.high[plan->axis];
+    const int32_t bin = (int32_t)((centre - plan->low) * plan->scale);
+    return (uint32_t)(bin < BINS - 1 ? bin : BINS - 1);
 }
 
 /* Bins along the axis on which the centres spread most; false when they all coincide. */
-static bool plan_bins(const item *items, uint32_t count, bin_plan *plan) {
-    box centres = empty_box;
-    for (uint32_t i = 0; i < count; i++) {
-        for (int k = 0; k < 3; k++) {
-            float c = centre(&items[i], k);
-            centres.low[k] = c < centres.low[k] ? c : centres.low[k];
-            centres.high[k] = c > centres.high[k] ? c : centres.high[k];
-        }
-    }
+static bool plan_bins(const box *centres, bin_plan *plan) {
     float spread = 0.0f;
     for (int k = 0; k < 3; k++) {
-        float extent = centres.high[k] - centres.low[k];
-        if (extent > spread) {
-            spread = extent;
-            *plan = (bin_plan){k, centres.low[k], (float)BINS / extent};
+        float side = centres->high[k] - centres->low[k];
+        if (side > spread) {
+            spread = side;
+            *plan = (bin_plan){k, centres->low[k], (float)BINS / side};
         }
     }
     return spread > 0.0f && isfinite(plan->scale);
 }
 
-/* The bin that begins the second part: the least sum of area times count. */
-static uint32_t best_bin(const item *items, uint32_t count, const bin_plan *plan) {
-    box bounds[BINS];
-    uint32_t counts[BINS] = {0};
-    float after_cost[BINS];
+static void fill_bins(bin_set *to, item *items, uint32_t count, const bin_plan *plan) {
     for (int b = 0; b < BINS; b++) {
-        bounds[b] = empty_box;
+        to->extent[b] = nothing;
+        to->count[b] = 0;
     }
     for (uint32_t i = 0; i < count; i++) {
-        uint32_t b = bin_of(plan, &items[i]);
-        box_add(&bounds[b], &items[i].bounds);
-        counts[b]++;
+        const uint32_t b = items[i].bin = bin_of(plan, &items[i]);
+        extent_add_item(&to->extent[b], &items[i]);
+        to->count[b]++;
     }
-    box sum = empty_box;
+}
+
+/* The bin that begins the second part: the least sum of area times count.  Of empty bins none is better than the one
+ * before. */
+static uint32_t best_bin(const bin_set *bins, uint32_t count) {
+    float after_cost[BINS];
+    box sum = nothing.bounds;
     uint32_t n = 0;
     for (int b = BINS - 1; b > 0; b--) {
-        box_add(&sum, &bounds[b]);
-        n += counts[b];
-        after_cost[b] = n > 0 ? half_area(&sum) * (float)n : 0.0f;
+        if (bins->count[b] > 0) {
+            box_add(&sum, &bins->extent[b].bounds);
+            n += bins->count[b];
+            after_cost[b] = half_area(&sum) * (float)n;
+        } else {
+            after_cost[b] = b < BINS - 1 ? after_cost[b + 1] : 0.0f;
+        }
     }
-    sum = empty_box;
+    sum = nothing.bounds;
     n = 0;
     uint32_t best = 1;
     float least = INFINITY;
-    for (uint32_t b = 1; b < BINS; b++) {
-        box_add(&sum, &bounds[b - 1]);
-        n += counts[b - 1];
-        float cost = n > 0 ? half_area(&sum) * (float)n + after_cost[b] : INFINITY;
-        if (n > 0 && n < count && cost < least) {
+    for (uint32_t b = 1; b < BINS && n + bins->count[b - 1] < count; b++) {
+        if (bins->count[b - 1] == 0) {
+            continue;
+        }
+        box_add(&sum, &bins->extent[b - 1].bounds);
+        n += bins->count[b - 1];
+        float cost = half_area(&sum) * (float)n + after_cost[b];
+        if (cost < least) {
             least = cost;
             best = b;
         }
@@ -131,31 +160,58 @@ static uint32_t best_bin(const item *items, uint32_t count, const bin_plan *plan
     return best;
 }
 
-/* Reorders the items and returns how many go to the first part: at least one, never all. */
-static uint32_t partition(item *items, uint32_t count, bool halve) {
-    bin_plan plan = {0, 0.0f, 0.0f}; /* set by plan_bins, which not every compiler sees */
-    if (halve || !plan_bins(items, count, &plan)) {
-        return count / 2;
-    }
-    uint32_t limit = best_bin(items, count, &plan), first = 0, last = count;
+/* Puts the items of the bins before `limit` first and returns how many they are. */
+static uint32_t reorder(item *items, uint32_t count, uint32_t limit) {
+    uint32_t first = 0, last = count;
     while (first < last) {
-        if (bin_of(&plan, &items[first]) < limit) {
+        if (items[first].bin < limit) {
             first++;
         } else {
             swap_items(&items[first], &items[--last]);
         }
     }
-    return first > 0 && first < count ? first : count / 2;
+    return first;
 }
 
+static void halve(const builder *b, const range *whole, range parts[2]) {
+    const uint32_t n = whole->count / 2;
+    const item *items = &b->items[whole->first];
+    parts[0] = (range){whole->first, n, extent_of(items, n)};
+    parts[1] = (range){whole->first + n, whole->count - n, extent_of(items + n, whole->count - n)};
+}
+
+/* Neither part is empty.  What a part covers is what its bins cover. */
+static void split(builder *b, const range *whole, bool in_halves, range parts[2]) {
+    bin_plan plan = {0, 0.0f, 0.0f}; /* set by plan_bins, which not every compiler sees */
+    item *items = &b->items[whole->first];
+    uint32_t first = 0, limit = 0;
+    bin_set bins;
+    if (!in_halves && plan_bins(&whole->extent.centres, &plan)) {
+        fill_bins(&bins, items, whole->count, &plan);
+        limit = best_bin(&bins, whole->count);
+        first = reorder(items, whole->count, limit);
+    }
+    if (first == 0 || first == whole->count) {
+        halve(b, whole, parts);
+        return;
+    }
+    parts[0] = (range){whole->first, first, nothing};
+    parts[1] = (range){whole->first + first, whole->count - first, nothing};
+    for (uint32_t bin = 0; bin < BINS; bin++) {
+        extent_add(&parts[bin < limit ? 0 : 1].extent, &bins.extent[bin]);
+    }
+}
+
+/* ---- Nodes ----------------------------------------------------------------------------------------------- */
+
 /* Splits the range into up to four, always the one with the largest box among those too large for a leaf. */
-static int split_range(builder *b, range parts[NSDF_BVH_WIDTH], bool halve) {
+static int split_range(builder *b, range parts[NSDF_BVH_WIDTH], bool in_halves) {
     int count = 1;
     while (count < NSDF_BVH_WIDTH) {
         int chosen = -1;
         float largest = -1.0f;
         for (int i = 0; i < count; i++) {
-            float area = half_area(&parts[i].bounds);
+            float area = half_area(&parts[i].extent.bounds);
             if (parts[i].count > NSDF_BVH_WIDTH && area > largest) {
                 largest = area;
                 chosen = i;
@@ -164,11 +220,10 @@ static int split_range(builder *b, range parts[NSDF_BVH_WIDTH], bool halve) {
         if (chosen < 0) {
             break;
         }
-        range *whole = &parts[chosen];
-        item *items = &b->items[whole->first];
-        uint32_t n = partition(items, whole->count, halve);
-        parts[count++] = (range){whole->first + n, whole->count - n, bounds_of(items + n, whole->count - n)};
-        *whole = (range){whole->first, n, bounds_of(items, n)};
+        range two[2];
+        split(b, &parts[chosen], in_halves, two);
+        parts[chosen] = two[0];
+        parts[count++] = two[1];
     }
     return count;
 }
@@ -231,20 +286,18 @@ static uint32_t build_node(builder *b, const range *whole, int depth) {
         nsdf_bvh_node *node = &b->bvh->nodes[number];
         node->child[i] = child;
         for (int k = 0; k < 3; k++) {
-            node->low[k][i] = parts[i].bounds.low[k];
-            node->high[k][i] = parts[i].bounds.high[k];
+            node->low[k][i] = parts[i].extent.bounds.low[k];
+            node->high[k][i] = parts[i].extent.bounds.high[k];
         }
     }
     return number;
 }
 
 static item make_item(const nsdf_surface *surface, uint32_t triangle) {
-    item result = {empty_box, triangle};
+    item result = {nothing.bounds, triangle, 0};
     for (int corner = 0; corner < 3; corner++) {
         const float *xyz = &surface->positions[3 * (size_t)surface->indices[3 * (size_t)triangle + (size_t)corner]];
-        box point;
-        memcpy(point.low, xyz, sizeof point.low);
-        memcpy(point.high, xyz, sizeof point.high);
+        const box point = {{xyz[0], xyz[1], xyz[2], 0.0f}, {xyz[0], xyz[1], xyz[2], 0.0f}};
         box_add(&result.bounds, &point);
     }
     return result;
@@ -260,7 +313,7 @@ int nsdf_bvh_build(nsdf_bvh *bvh, const nsdf_surface *surface) {
     for (uint32_t i = 0; i < count; i++) {
         b.items[i] = make_item(surface, i);
     }
-    range whole = {0, count, bounds_of(b.items, count)};
+    range whole = {0, count, extent_of(b.items, count)};
     (void)build_node(&b, &whole, 0);
     free(b.items);
     if (b.failed) {
