@@ -3,8 +3,24 @@
 #include <stdlib.h>
 #include <string.h>
 
+/* Cells along x of which batches know together where their points begin: a ball reaches into one or two such spans, and
+ * what it finds in them beside its own points is a vector or two. */
+enum { SPAN = 32 };
+
+static size_t rows_of(const nsdf_block_frame *f) {
+    return (size_t)f->cells[1] * f->cells[2];
+}
+
 static size_t cells_of(const nsdf_block_frame *f) {
-    return (size_t)f->cells[0] * f->cells[1] * f->cells[2];
+    return (size_t)f->cells[0] * rows_of(f);
+}
+
+static uint32_t spans_in_row(const nsdf_block_frame *f) {
+    return (f->cells[0] + SPAN - 1) / SPAN;
+}
+
+size_t nsdf_block_batch_spans(const nsdf_block_frame *frame) {
+    return rows_of(frame) * spans_in_row(frame) + 1;
 }
 
 /* ---- Memory ---------------------------------------------------------------------------------------------- */
@@ -36,12 +52,13 @@ void nsdf_block_work_free(nsdf_block_work *w) {
     memset(w, 0, sizeof *w);
 }
 
-int nsdf_block_batch_create(nsdf_block_batch *b, uint32_t points, uint32_t blocks) {
+int nsdf_block_batch_create(nsdf_block_batch *b, uint32_t points, uint32_t blocks, const nsdf_block_frame *frame) {
     memset(b, 0, sizeof *b);
     b->point = calloc((size_t)points + NSDF_HIT_LANES, sizeof *b->point);
+    b->span = calloc(nsdf_block_batch_spans(frame), sizeof *b->span);
     b->first = calloc((size_t)blocks + 1, sizeof *b->first);
     b->listed = calloc(blocks, sizeof *b->listed);
-    if (b->point && b->first && b->listed)
+    if (b->point && b->span && b->first && b->listed)
         return 0;
     nsdf_block_batch_free(b);
     return -1;
@@ -49,6 +66,7 @@ int nsdf_block_batch_create(nsdf_block_batch *b, uint32_t points, uint32_t block
 
 void nsdf_block_batch_free(nsdf_block_batch *b) {
     free(b->point);
+    free(b->span);
     free(b->first);
     free(b->near);
     free(b->listed);
@@ -109,6 +127,10 @@ void nsdf_block_batch_fill(nsdf_block_batch *b, nsdf_block_work *w, const nsdf_b
     }
     for (size_t c = 0; c < cells; c++)
         w->start[c + 2] += w->start[c + 1];
+    for (size_t row = 0, at = 0; row < rows_of(f); row++)
+        for (uint32_t x = 0; x < f->cells[0]; x += SPAN)
+            b->span[at++] = w->start[row * f->cells[0] + x + 1];
+    b->span[nsdf_block_batch_spans(f) - 1] = b->count;
     for (uint32_t n = 0; n < b->count; n++) {
         const size_t i = from + n * stride;
         float *to = b->point[w->start[w->cell[n] + 1]++];
@@ -119,24 +141,11 @@ void nsdf_block_batch_fill(nsdf_block_batch *b, nsdf_block_work *w, const nsdf_b
     }
 }
 
-/* Where the points of each cell begin. */
-static void find_cells(const nsdf_block_batch *b, nsdf_block_work *w, const nsdf_block_frame *f) {
-    const uint32_t cells = (uint32_t)cells_of(f);
-    uint32_t next = 0;
-    for (uint32_t i = 0; i < b->count; i++) {
-        const uint32_t cell = cell_at(f, b->point[i][0], b->point[i][1], b->point[i][2]);
-        while (next <= cell)
-            w->start[next++] = i;
-    }
-    while (next <= cells)
-        w->start[next++] = b->count;
-}
-
 /* ---- Candidates ------------------------------------------------------------------------------------------ */
 
-/* Rows of cells along x hold their points side by side. */
-static int list_block(nsdf_block_batch *b, const nsdf_block_work *w, const nsdf_block_passes *passes,
-                      const nsdf_block_frame *f, const float map[12], const float reach[6], float margin, size_t *at) {
+/* Spans of a row hold their points side by side. */
+static int list_block(nsdf_block_batch *b, const nsdf_block_passes *passes, const nsdf_block_frame *f,
+                      const float map[12], const float reach[6], float margin, size_t *at) {
     const float least = 1.0f - (1.0f + margin) * (1.0f + margin);
     uint32_t first[3], last[3];
     for (int axis = 0; axis < 3; axis++) {
@@ -146,8 +155,10 @@ static int list_block(nsdf_block_batch *b, const nsdf_block_work *w, const nsdf_
     }
     for (uint32_t z = first[2]; z <= last[2]; z++)
         for (uint32_t y = first[1]; y <= last[1]; y++) {
-            const uint32_t *start = w->start + (z * f->cells[1] + y) * f->cells[0];
-            const uint32_t from = start[first[0]], to = start[last[0] + 1];
+            const uint32_t *span = b->span + (z * f->cells[1] + y) * spans_in_row(f);
+            const uint32_t from = span[first[0] / SPAN], to = span[last[0] / SPAN + 1];
+            if (from == to)
+                continue;
             if (need_candidates(b, *at + (to - from) + NSDF_HIT_LANES) != 0)
                 return -1;
             *at = passes->list(b, map, least, from, to, *at);
@@ -187,13 +198,12 @@ int nsdf_block_batch_list(nsdf_block_batch *b, nsdf_block_work *w, const nsdf_bl
     size_t at = 0;
     if (need_candidates(b, NSDF_HIT_LANES) != 0 || (stamp && keep_candidates(b, w, blocks) != 0))
         return -1;
-    find_cells(b, w, frame);
     for (uint32_t k = 0; k < blocks; k++) {
         const int kept = stamp && b->listed[k] == stamp[k];
         b->first[k] = (uint32_t)at;
         if (!frame->alive[k])
             continue;
-        if (kept ? take_back(b, w, k, &at) : list_block(b, w, passes, frame, map[k], reach[k], margin, &at))
+        if (kept ? take_back(b, w, k, &at) : list_block(b, passes, frame, map[k], reach[k], margin, &at))
             return -1;
         if (stamp)
             b->listed[k] = stamp[k];

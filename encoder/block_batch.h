@@ -12,8 +12,10 @@ enum { NSDF_HIT_LANES = 8, NSDF_HIT_ARRAYS = 5, NSDF_BATCH_MOST_POINTS = 1 << 16
 typedef struct nsdf_block_batch {
     uint32_t count;
     float (*point)[4]; /* [count + NSDF_HIT_LANES]: x, y, z, distance; in the order of cells */
-    uint32_t *first;   /* [block + 1]: where a block's candidates begin */
-    uint16_t *near;    /* [candidate + NSDF_HIT_LANES]: points, ascending within a block */
+    uint32_t *span;  /* [nsdf_block_batch_spans]: where the points of each few cells along x begin, and after all where
+                        the last ones end */
+    uint32_t *first; /* [block + 1]: where a block's candidates begin */
+    uint16_t *near;  /* [candidate + NSDF_HIT_LANES]: points, ascending within a block */
     size_t near_capacity;
     uint32_t *listed; /* [block]: stamp of the map (block_cache.h) that its candidates were found with; 0 = none */
 } nsdf_block_batch;
@@ -80,8 +82,12 @@ const nsdf_block_passes *nsdf_block_passes_avx512(void); /* the same */
 int nsdf_block_work_create(nsdf_block_work *work, uint32_t points, uint32_t blocks, const nsdf_block_frame *frame);
 void nsdf_block_work_free(nsdf_block_work *work);
 
-/* Makes room for `points` points, at most NSDF_BATCH_MOST_POINTS.  Returns 0, or -1 when memory ran out. */
-int nsdf_block_batch_create(nsdf_block_batch *batch, uint32_t points, uint32_t blocks);
+/* Stretches of cells along x of which a batch knows where their points begin, and one more. */
+size_t nsdf_block_batch_spans(const nsdf_block_frame *frame);
+
+/* Makes room for `points` points, at most NSDF_BATCH_MOST_POINTS, in the cells of `frame`.  Returns 0, or -1 when
+ * memory ran out. */
+int nsdf_block_batch_create(nsdf_block_batch *batch, uint32_t points, uint32_t blocks, const nsdf_block_frame *frame);
 void nsdf_block_batch_free(nsdf_block_batch *batch);
 
 /* The samples from, from + stride, ..., at most `wanted`, in the order of the frame's cells.  Candidates of what the

@@ -17,11 +17,13 @@ static size_t stride_of(const nsdf_block_cache *c, uint32_t frame) {
     return count > c->wanted ? count / c->wanted : 1;
 }
 
-static double bytes_of(const nsdf_block_cache *c) {
+static double bytes_of(const nsdf_block_cache *c, const nsdf_block_frame *frame) {
     double bytes = 0.0;
-    for (uint32_t f = 0; f < c->frame_count; f++)
-        bytes += (double)SAMPLE_BYTES * (double)c->samples[f].count +
-                 (double)c->blocks * (double)(18 * sizeof(float) + (1 + 2 * stride_of(c, f)) * sizeof(uint32_t));
+    for (uint32_t f = 0; f < c->frame_count; f++) {
+        const double batches = (double)stride_of(c, f), blocks = (double)c->blocks;
+        bytes += (double)SAMPLE_BYTES * (double)c->samples[f].count + blocks * (18 * sizeof(float) + sizeof(uint32_t)) +
+                 batches * (2.0 * blocks + (double)nsdf_block_batch_spans(frame)) * sizeof(uint32_t);
+    }
     return bytes;
 }
 
@@ -39,9 +41,9 @@ static int create_references(nsdf_block_cache *c) {
 }
 
 int nsdf_block_cache_create(nsdf_block_cache *c, const nsdf_sample_set *samples, uint32_t frame_count, uint32_t wanted,
-                            uint32_t blocks, size_t most_bytes) {
+                            uint32_t blocks, const nsdf_block_frame *frame, size_t most_bytes) {
     *c = (nsdf_block_cache){samples, frame_count, blocks, wanted, NULL, NULL, NULL};
-    if (bytes_of(c) > (double)most_bytes)
+    if (bytes_of(c, frame) > (double)most_bytes)
         return 0;
     size_t count = 0;
     c->first = malloc(((size_t)frame_count + 1) * sizeof *c->first);
@@ -123,7 +125,7 @@ static const nsdf_block_batch *take_kept(nsdf_block_cache *c, uint32_t frame, ui
     nsdf_block_batch *b = &c->batches[c->first[frame] + number];
     nsdf_block_reference *r = &c->references[frame];
     if (!b->point) {
-        if (nsdf_block_batch_create(b, c->wanted, c->blocks) != 0)
+        if (nsdf_block_batch_create(b, c->wanted, c->blocks, at) != 0)
             return NULL;
         nsdf_block_batch_fill(b, work, at, &c->samples[frame], number, stride_of(c, frame), c->wanted);
     }

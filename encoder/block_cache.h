@@ -24,10 +24,10 @@ typedef struct nsdf_block_cache {
     nsdf_block_reference *references; /* [frame] */
 } nsdf_block_cache;
 
-/* Batches of `wanted` points each, of samples that stay.  Nothing is kept when it would take more than `most_bytes`.
- * Returns 0, or -1 when memory ran out. */
+/* Batches of `wanted` points each, in the cells of `frame`, of samples that stay.  Nothing is kept when it would take
+ * more than `most_bytes`. Returns 0, or -1 when memory ran out. */
 int nsdf_block_cache_create(nsdf_block_cache *cache, const nsdf_sample_set *samples, uint32_t frame_count,
-                            uint32_t wanted, uint32_t blocks, size_t most_bytes);
+                            uint32_t wanted, uint32_t blocks, const nsdf_block_frame *frame, size_t most_bytes);
 void nsdf_block_cache_free(nsdf_block_cache *cache);
 
 /* How many batches a frame has. */

@@ -18,7 +18,10 @@ static const double coefficient_rate = 1e-4, pose_rate = 2e-4, level_rate = 2e-5
 static const float weight_distance = 0.002f, safe_share = 0.25f;
 static const double rounding_share = 0.3; /* of the steps, at the end, see rounded values */
 static const double tuning_peak = 0.15;   /* of the rates, for a model that was fitted before */
-enum { STEERED = 50 };                    /* so many times in all steps, but only while values are rounded */
+enum {
+    STEERED = 50,  /* so many times in all steps, but only while values are rounded */
+    SAME_BATCH = 4 /* visits of a frame */
+};
 static const float least_denominator = 2e-9f;
 
 /* Of batches that are kept between steps; sequences too long for it make theirs anew in every step. */
@@ -106,7 +109,7 @@ static int create_bench(workplace *b, const nsdf_fit_job *job, const nsdf_block_
     return b->poses && b->monomials &&
                    nsdf_block_frame_create(&b->at, model, job->header->domain_min, job->header->domain_max) == 0 &&
                    nsdf_block_work_create(&b->work, points, blocks, &b->at) == 0 &&
-                   nsdf_block_batch_create(&b->own, points, blocks) == 0
+                   nsdf_block_batch_create(&b->own, points, blocks, &b->at) == 0
                ? 0
                : -1;
 }
@@ -129,13 +132,13 @@ static int create_state(state *s, const nsdf_fit_job *job, nsdf_block_model *mod
              s->rounded && s->monomials && nsdf_adam_create(&s->terms, model->term_count) == 0 &&
              nsdf_adam_create(&s->levels, model->level_count) == 0 &&
              nsdf_adam_create(&s->poses, model->pose_count) == 0 &&
-             nsdf_block_rest_create(&s->rest, model, job->control && job->control->tuning) == 0 &&
-             nsdf_block_cache_create(&s->cache, job->samples, job->frame_count, job->options->batch_points,
-                                     model->desc.block_count, most_cache_bytes) == 0;
+             nsdf_block_rest_create(&s->rest, model, job->control && job->control->tuning) == 0;
     for (uint32_t i = 0; ok && i < job->options->batch_frames; i++)
         ok = create_slot(&s->slots[i], model) == 0;
     for (uint32_t i = 0; ok && i < nsdf_workers_count(job->workers); i++)
         ok = create_bench(&s->places[i], job, model) == 0;
+    ok = ok && nsdf_block_cache_create(&s->cache, job->samples, job->frame_count, job->options->batch_points,
+                                       model->desc.block_count, &s->places[0].at, most_cache_bytes) == 0;
     s->terms.epsilon = s->levels.epsilon =
         least_denominator; /* coefficients that see no gradient stay where they are */
     return ok ? 0 : -1;
@@ -222,12 +225,22 @@ static int gather(state *s) {
     return failed;
 }
 
+/* One of a frame's batches, the same for a few visits of all frames: its candidates are then mostly those of the visit
+ * before.  Not where a step visits frames more than once: it would see the same points again. */
+static uint32_t choose_batch(const state *s, uint32_t slot_number, uint32_t frame) {
+    const uint32_t slots = s->job->options->batch_frames, frames = s->job->frame_count;
+    const uint64_t visit = s->result->steps * slots + slot_number;
+    const uint64_t round = slots <= frames ? visit / frames / SAME_BATCH : visit;
+    nsdf_random random = nsdf_random_start(s->job->options->seed + round, frame);
+    return nsdf_random_u32(&random) % nsdf_block_cache_batches(&s->cache, frame);
+}
+
 /* Which frame and which of its batches each slot takes. */
 static void choose_batches(state *s) {
     for (uint32_t i = 0; i < s->job->options->batch_frames; i++) {
         slot *sl = &s->slots[i];
         sl->frame = nsdf_frame_order_next(&s->order, &s->random);
-        sl->batch = nsdf_random_u32(&s->random) % nsdf_block_cache_batches(&s->cache, sl->frame);
+        sl->batch = choose_batch(s, i, sl->frame);
         sl->keep = 1;
         for (uint32_t j = 0; j < i; j++)
             sl->keep &= s->slots[j].frame != sl->frame;

@@ -1,5 +1,6 @@
 #include "block_stage.h"
 
+#include "block_batch.h"
 #include "block_cover.h"
 #include "block_knots.h"
 #include "block_lives.h"
@@ -11,12 +12,21 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { NODES_PER_BLOCK = 4, FEWEST_NODES = 3000 };
+enum { NODES_PER_BLOCK = 4, FEWEST_NODES = 3000, FEWEST_IN_STEP = 8 };
 
-nsdf_encoder_options nsdf_block_options(const nsdf_encoder_options *options) {
+/* A frame that comes twice in a step finds its candidates anew (block_cache.h); few frames would leave cores idle. */
+static uint32_t frames_of_step(const nsdf_encoder_options *o, uint32_t frame_count) {
+    const uint32_t some = frame_count < FEWEST_IN_STEP ? FEWEST_IN_STEP : frame_count;
+    return some < o->block_frames ? some : o->block_frames;
+}
+
+nsdf_encoder_options nsdf_block_options(const nsdf_encoder_options *options, uint32_t frame_count) {
     nsdf_encoder_options o = *options;
-    o.steps = o.block_steps;
-    o.batch_points = o.block_points;
+    const uint32_t frames = frames_of_step(options, frame_count);
+    const uint64_t points = (uint64_t)o.block_points * o.block_frames / frames;
+    o.steps = o.block_steps > 0 ? o.block_steps : 1 + (o.block_visits - 1) / frames;
+    o.batch_frames = frames;
+    o.batch_points = points < NSDF_BATCH_MOST_POINTS ? (uint32_t)points : NSDF_BATCH_MOST_POINTS;
     return o;
 }
 
@@ -108,7 +118,7 @@ int nsdf_start_blocks(const nsdf_fit_job *job, const nsdf_tracked *tracked, nsdf
 }
 
 int nsdf_fit_blocks(const nsdf_fit_job *job, nsdf_block_model *model, nsdf_fit_result *result) {
-    nsdf_encoder_options options = nsdf_block_options(job->options);
+    nsdf_encoder_options options = nsdf_block_options(job->options, job->frame_count);
     nsdf_fit_job block_job = *job;
     nsdf_tracked tracked;
     block_job.options = &options;

@@ -6,8 +6,9 @@
 #include "container.h"
 #include "nodes.h"
 
-/* The options with the steps and points of blocks in the place of the network's. */
-nsdf_encoder_options nsdf_block_options(const nsdf_encoder_options *options);
+/* The options with the steps, frames and points of blocks, for a sequence of so many frames, in the place of the
+ * network's. */
+nsdf_encoder_options nsdf_block_options(const nsdf_encoder_options *options, uint32_t frame_count);
 
 /* What is known of the surface's motion before there are blocks. */
 typedef struct nsdf_tracked {

@@ -466,7 +466,7 @@ static nsdf_status code_and_check(run *r) {
 
 static int mend_blocks(run *r) {
     const nsdf_fit_control control = {1, NULL, NULL};
-    nsdf_encoder_options o = nsdf_block_options(&r->encoder->options);
+    nsdf_encoder_options o = nsdf_block_options(&r->encoder->options, r->encoder->frames.count);
     nsdf_fit_result some;
     nsdf_fit_job job = fit_job(r);
     o.steps = 1 + (uint64_t)(NSDF_MEND_SHARE * (double)o.steps);
@@ -634,7 +634,8 @@ static nsdf_status run_stages(run *r) {
     if (status == NSDF_OK)
         status = fit(r, &e->checkpoint);
     e->stats.seconds_fit = nsdf_clock() - began + r->seconds_track;
-    const uint64_t steps = uses_blocks(r) ? e->options.block_steps : e->options.steps;
+    const nsdf_encoder_options blocks = nsdf_block_options(&e->options, e->frames.count);
+    const uint64_t steps = uses_blocks(r) ? blocks.steps : e->options.steps;
     const int timed = e->options.time_budget > 0.0, whole = r->fit.steps >= steps;
     if (status == NSDF_OK)
         status = code_and_check(r);

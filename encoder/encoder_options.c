@@ -34,7 +34,8 @@ static nsdf_encoder_options common_options(void) {
     o.pose_step = 1.5e-4;
     o.coefficient_step = 3e-4;
     o.motion_rate = 4.2e-5;
-    o.block_points = 4096;
+    o.block_frames = 24;
+    o.block_points = 2048;
     o.d_half = 0.01;
     o.hard_samples = 1;
     o.loss_delta = 0.01;
@@ -74,7 +75,7 @@ static void thesis_options(nsdf_encoder_options *o) {
 void nsdf_encoder_options_init(nsdf_encoder_options *options, nsdf_preset preset) {
     nsdf_encoder_options o = common_options();
     o.steps = 7000;
-    o.block_steps = 13000;
+    o.block_visits = 144000;
     if (preset == NSDF_PRESET_FAST) {
         o.knot_spacing = 6.0;
         o.learning_rate = 1.4e-3;
@@ -84,7 +85,7 @@ void nsdf_encoder_options_init(nsdf_encoder_options *options, nsdf_preset preset
         o.steps = 40000;
         o.blocks = 1400;
         o.bones = 83;
-        o.block_steps = 40000;
+        o.block_visits = 320000;
         o.block_knot_spacing = 1.4;
         o.level_spacing = 12.0;
         o.pose_step = 1.1e-4;
@@ -95,7 +96,7 @@ void nsdf_encoder_options_init(nsdf_encoder_options *options, nsdf_preset preset
         o.steps = 100000;
         o.blocks = 2600;
         o.bones = 104;
-        o.block_steps = 60000;
+        o.block_visits = 480000;
         o.block_knot_spacing = 1.0;
         o.level_spacing = 9.0;
         o.pose_step = 9e-5;
@@ -184,7 +185,9 @@ static nsdf_status check_fitting(const nsdf_encoder_options *o, nsdf_encoder_err
         {"time budget", o->time_budget, 0, 1e8},
         {"batch frames", o->batch_frames, 1, 4096},
         {"batch points", o->batch_points, 1, 1 << 20},
-        {"steps of the blocks", (double)o->block_steps, 1, 1e12},
+        {"steps of the blocks", (double)o->block_steps, 0, 1e12},
+        {"visits of the blocks", (double)o->block_visits, 1, 1e12},
+        {"frames of the blocks' batch", o->block_frames, 1, 4096},
         {"points of the blocks' batch", o->block_points, 1, 1 << 16},
         {"learning rate", o->learning_rate, 1e-12, 1},
         {"parameter rate", o->parameter_rate, 0, 1},

@@ -18,7 +18,7 @@ nsdf_status nsdf_rate_no_memory(const nsdf_rate_model *m) {
 int nsdf_rate_model_init(nsdf_rate_model *m, const nsdf_rate_job *job) {
     memset(m, 0, sizeof *m);
     m->job = *job;
-    m->base = nsdf_block_options(job->fit.options);
+    m->base = nsdf_block_options(job->fit.options, job->fit.frame_count);
     m->strays = calloc(job->fit.frame_count, sizeof *m->strays);
     return m->strays ? 0 : -1;
 }

@@ -40,6 +40,8 @@ static const nsdf_option_field fields[] = {
     FIELD("coefficient step", coefficient_step, 1),
     FIELD("motion rate", motion_rate, 1),
     FIELD("steps of the blocks", block_steps, 1),
+    FIELD("visits of the blocks", block_visits, 1),
+    FIELD("frames of the blocks' batch", block_frames, 1),
     FIELD("points of the blocks' batch", block_points, 1),
     FIELD("sampling", sampling, 1),
     FIELD("samples per frame", samples_per_frame, 1),

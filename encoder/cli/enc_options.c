@@ -536,9 +536,15 @@ static int apply_fitting(nsdf_encoder_options *e, int code, const char *text) {
     case OPT_LEARNING_RATE:
         return set_double(code, text, &e->learning_rate);
     case OPT_BATCH_FRAMES:
-        return set_u32(code, text, &e->batch_frames);
+        if (set_u32(code, text, &e->batch_frames) != 0)
+            return -1;
+        e->block_frames = e->batch_frames;
+        return 0;
     case OPT_BATCH_POINTS:
-        return set_u32(code, text, &e->batch_points);
+        if (set_u32(code, text, &e->batch_points) != 0)
+            return -1;
+        e->block_points = e->batch_points;
+        return 0;
     case OPT_WEIGHT_BITS:
         return set_double(code, text, &e->weight_bits);
     case OPT_QUANTISER: {

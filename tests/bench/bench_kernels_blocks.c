@@ -111,7 +111,7 @@ static subject *create_subject(const balls *b, const nsdf_block_passes *passes) 
         nsdf_sample_set set;
         draw_samples(&set, (uint64_t)i);
         if (nsdf_block_work_create(&s->work[i], POINTS, BLOCKS, &b->frame) != 0 ||
-            nsdf_block_batch_create(&s->batch[i], POINTS, BLOCKS) != 0)
+            nsdf_block_batch_create(&s->batch[i], POINTS, BLOCKS, &b->frame) != 0)
             bench_checked(NULL);
         nsdf_block_batch_fill(&s->batch[i], &s->work[i], &b->frame, &set, 0, 1, POINTS);
         nsdf_sample_set_free(&set);

@@ -45,7 +45,7 @@ static batch_fixture make_batch(const fixture *x, uint32_t count, float margin) 
     batch_fixture b;
     make_samples(&b.samples, count, 0.5f, 7);
     assert_int_equal(nsdf_block_work_create(&b.work, count, blocks, &x->frame), 0);
-    assert_int_equal(nsdf_block_batch_create(&b.batch, count, blocks), 0);
+    assert_int_equal(nsdf_block_batch_create(&b.batch, count, blocks, &x->frame), 0);
     nsdf_block_batch_fill(&b.batch, &b.work, &x->frame, &b.samples, 0, 1, count);
     assert_int_equal(nsdf_block_batch_list(&b.batch, &b.work, nsdf_block_passes_select(), &x->frame,
                                            (const float(*)[12])x->frame.map, (const float(*)[6])x->frame.reach, NULL,
@@ -357,12 +357,12 @@ static void test_kept_batches_find_what_new_ones_find(void **state) {
     (void)state;
     for (uint32_t f = 0; f < FRAMES; f++)
         make_samples(&sets[f], 1000 + 400 * f, 0.5f, f);
-    assert_int_equal(nsdf_block_cache_create(&kept, sets, FRAMES, WANTED, BLOCKS, 1u << 24), 0);
-    assert_int_equal(nsdf_block_cache_create(&none, sets, FRAMES, WANTED, BLOCKS, 1000), 0);
+    assert_int_equal(nsdf_block_cache_create(&kept, sets, FRAMES, WANTED, BLOCKS, &x.frame, 1u << 24), 0);
+    assert_int_equal(nsdf_block_cache_create(&none, sets, FRAMES, WANTED, BLOCKS, &x.frame, 1000), 0);
     assert_true(kept.batches && !none.batches);
     for (int i = 0; i < 2; i++) {
         assert_int_equal(nsdf_block_work_create(&works[i], WANTED, BLOCKS, &x.frame), 0);
-        assert_int_equal(nsdf_block_batch_create(&own[i], WANTED, BLOCKS), 0);
+        assert_int_equal(nsdf_block_batch_create(&own[i], WANTED, BLOCKS, &x.frame), 0);
     }
     for (uint32_t step = 0; step < 40; step++) {
         const uint32_t frame = step % FRAMES, batches = nsdf_block_cache_batches(&kept, frame);

@@ -80,20 +80,22 @@ typedef struct nsdf_encoder_options {
     int output_tanh;
     /* moving blocks, instead of the network above; sequences of which more than 5 % of the surface are sheets take the
      * network */
-    uint32_t blocks;                    /* 0 = the network; at most 65536 */
-    uint32_t bones;                     /* that move the blocks, 1 to 1024 */
-    uint32_t block_degree;              /* of their polynomials, 0 to 3 */
-    double block_overlap;               /* balls that hold a point of the surface, 1 to 20: gives their radius */
-    double block_radius;                /* that of the balls, fraction of the diagonal; 0 = from block_overlap */
-    double block_knot_spacing;          /* frames of the sequence per control point of the bones' motion; down to one
-                                           where these would lose it */
-    double level_spacing;               /* the same of the blocks' levels, their coefficients of degree 0, which move
-                                           pieces of the surface along their normals; 0 = levels do not move */
-    double pose_step, coefficient_step; /* quantiser steps, fractions of the diagonal */
-    double motion_rate;                 /* 0 to 1: error, fraction of the diagonal, that one bit for each number of the
-                                           blocks is worth: of their motion, levels, weights and coefficients */
-    uint64_t block_steps;               /* of Adam */
-    uint32_t block_points;              /* each step: batch_frames frames, so many points of each, at most 65536 */
+    uint32_t blocks;                     /* 0 = the network; at most 65536 */
+    uint32_t bones;                      /* that move the blocks, 1 to 1024 */
+    uint32_t block_degree;               /* of their polynomials, 0 to 3 */
+    double block_overlap;                /* balls that hold a point of the surface, 1 to 20: gives their radius */
+    double block_radius;                 /* that of the balls, fraction of the diagonal; 0 = from block_overlap */
+    double block_knot_spacing;           /* frames of the sequence per control point of the bones' motion; down to one
+                                            where these would lose it */
+    double level_spacing;                /* the same of the blocks' levels, their coefficients of degree 0, which move
+                                            pieces of the surface along their normals; 0 = levels do not move */
+    double pose_step, coefficient_step;  /* quantiser steps, fractions of the diagonal */
+    double motion_rate;                  /* 0 to 1: error, fraction of the diagonal, that one bit for each number of the
+                                            blocks is worth: of their motion, levels, weights and coefficients */
+    uint64_t block_steps;                /* of Adam; 0 (default) = as many as visit block_visits frames */
+    uint64_t block_visits;               /* frames that all steps together visit, each as often as it is visited */
+    uint32_t block_frames, block_points; /* each step: so many frames, at most 4096, and points of each, at most 65536;
+                                            of shorter sequences fewer frames, but at least 8, and more points */
     /* data */
     nsdf_sampling sampling;
     uint32_t samples_per_frame; /* 0 = chosen from the number of frames */
