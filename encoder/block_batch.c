@@ -157,7 +157,7 @@ static int list_block(nsdf_block_batch *b, const nsdf_block_passes *passes, cons
         for (uint32_t y = first[1]; y <= last[1]; y++) {
             const uint32_t *span = b->span + (z * f->cells[1] + y) * spans_in_row(f);
             const uint32_t from = span[first[0] / SPAN], to = span[last[0] / SPAN + 1];
-            if (from == to)
+            if (from >= to)
                 continue;
             if (need_candidates(b, *at + (to - from) + NSDF_HIT_LANES) != 0)
                 return -1;

@@ -25,7 +25,7 @@ settings_quick() {
     setting nsdf small --preset fast --blocks 700 --bones 30 --pose-step 2.5e-4 --coefficient-step 5e-4 \
         --motion-rate 7e-5
     setting nsdf fast --preset fast
-    setting nsdf medium-short --preset medium --steps 15000
+    setting nsdf medium-short --preset medium --steps 5000
     # Those that the full grid has on or near the hull.
     draco_grid '0.5 1' '6 7' optimal
     draco_grid '2 3' '7 8' optimal

@@ -5,6 +5,7 @@
 #include <setjmp.h>
 #include <cmocka.h>
 
+#include "block_batch.h"
 #include "block_fit.h"
 #include "block_fixture.h"
 #include "block_stage.h"
@@ -394,6 +395,29 @@ static void test_coded_blocks_read_back_as_they_were(void **state) {
     free_fixture(&x);
 }
 
+/* Short sequences have steps of fewer frames with as many points, and visit as many frames in all. */
+static void test_steps_suit_the_length_of_the_sequence(void **state) {
+    const struct { uint32_t frames, in_step; } cases[] = {{1, 8}, {7, 8}, {10, 10}, {24, 24}, {500, 24}};
+    nsdf_encoder_options o;
+    (void)state;
+    nsdf_encoder_options_init(&o, NSDF_PRESET_FAST);
+    assert_int_equal(o.block_frames, 24);
+    for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+        const nsdf_encoder_options b = nsdf_block_options(&o, cases[i].frames);
+        const uint64_t visits = b.steps * b.batch_frames, points = (uint64_t)b.batch_frames * b.batch_points;
+        assert_int_equal(b.batch_frames, cases[i].in_step);
+        assert_true(visits >= o.block_visits && visits < o.block_visits + b.batch_frames);
+        assert_true(points <= 24u * o.block_points && points > 24u * o.block_points - b.batch_frames);
+    }
+    o.block_steps = 77;
+    o.block_frames = 3;
+    o.block_points = 60000;
+    assert_int_equal(nsdf_block_options(&o, 10).steps, 77);
+    assert_int_equal(nsdf_block_options(&o, 10).batch_frames, 3);
+    o.block_frames = 4000;
+    assert_int_equal(nsdf_block_options(&o, 10).batch_points, NSDF_BATCH_MOST_POINTS);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_basis_is_products_of_polynomials),
@@ -407,6 +431,7 @@ int main(void) {
         cmocka_unit_test(test_fitting_lowers_the_error_the_same_with_any_threads),
         cmocka_unit_test(test_rounded_values_are_what_a_reader_has),
         cmocka_unit_test(test_coded_blocks_read_back_as_they_were),
+        cmocka_unit_test(test_steps_suit_the_length_of_the_sequence),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
