@@ -400,7 +400,7 @@ static void test_steps_suit_the_length_of_the_sequence(void **state) {
     const struct { uint32_t frames, in_step; } cases[] = {{1, 8}, {7, 8}, {10, 10}, {24, 24}, {500, 24}};
     nsdf_encoder_options o;
     (void)state;
-    nsdf_encoder_options_init(&o, NSDF_PRESET_FAST);
+    nsdf_encoder_options_init(&o, NSDF_PRESET_MEDIUM);
     assert_int_equal(o.block_frames, 24);
     for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
         const nsdf_encoder_options b = nsdf_block_options(&o, cases[i].frames);
