@@ -92,6 +92,8 @@ static const char help_text[] =
     "\n"
     "Example: nsdf-enc frames/ -o dance.nsdf --fps 30 --preset fast\n";
 
+enum { MOST_BLOCK_POINTS = 65536 }; /* of a batch: what nsdf_encoder_options allows */
+
 enum {
     OPT_FPS = 256,
     OPT_SMALLEST_PIECE,
@@ -536,15 +538,13 @@ static int apply_fitting(nsdf_encoder_options *e, int code, const char *text) {
     case OPT_LEARNING_RATE:
         return set_double(code, text, &e->learning_rate);
     case OPT_BATCH_FRAMES:
-        if (set_u32(code, text, &e->batch_frames) != 0)
-            return -1;
+        failed = set_u32(code, text, &e->batch_frames);
         e->block_frames = e->batch_frames;
-        return 0;
+        return failed;
     case OPT_BATCH_POINTS:
-        if (set_u32(code, text, &e->batch_points) != 0)
-            return -1;
-        e->block_points = e->batch_points;
-        return 0;
+        failed = set_u32(code, text, &e->batch_points);
+        e->block_points = e->batch_points < MOST_BLOCK_POINTS ? e->batch_points : MOST_BLOCK_POINTS;
+        return failed;
     case OPT_WEIGHT_BITS:
         return set_double(code, text, &e->weight_bits);
     case OPT_QUANTISER: {

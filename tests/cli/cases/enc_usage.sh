@@ -12,4 +12,7 @@ fails 2 'takes no value' nsdf-enc --no-verify=1 -o a.nsdf fixture/frames
 fails 2 'ends in .obj' nsdf-enc -o fixture/frames/*.obj
 fails 2 'ends in .PLY' nsdf-enc -o a.PLY fixture/frames
 fails 2 'same file' nsdf-enc --report a.nsdf -o a.nsdf fixture/frames
+fails 2 "--batch-points: 'many' is not a whole number" nsdf-enc --batch-points many -o a.nsdf fixture/frames
+fails 2 "--batch-frames: '-1' is not a whole number" nsdf-enc --batch-frames -1 -o a.nsdf fixture/frames
+fails 2 'batch frames is 5000, expected 1 to 4096' nsdf-enc --batch-frames 5000 -o a.nsdf fixture/frames
 no_leftovers . fixture
