@@ -35,10 +35,11 @@ typedef struct nsdf_block_work {
     size_t hit_capacity;
 } nsdf_block_work;
 
-/* Sums of a block's gradients: of the monomials in nsdf_block_term's order, of u, and of u times u's transpose. */
+/* Sums of a block's gradients: of the monomials in nsdf_block_term's order, and of u, times 1 and times u's transpose.
+ */
 typedef struct nsdf_block_gradient {
     float terms[NSDF_BLOCK_MOST_TERMS];
-    float slope[3], moment[9]; /* moment[3 k + j] = sum g_k u_j */
+    float moment[3][4]; /* [k][j]: sum g_k u_j; [k][3]: sum g_k */
 } nsdf_block_gradient;
 
 /* The loss: |f - d| with a weight, see block_fit.c. */

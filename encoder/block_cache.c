@@ -1,5 +1,7 @@
 #include "block_cache.h"
 
+#include "block_pose.h"
+
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -81,27 +83,11 @@ uint32_t nsdf_block_cache_batches(const nsdf_block_cache *c, uint32_t frame) {
 
 /* ---- References ------------------------------------------------------------------------------------------ */
 
-/* u0 = U0 x + v0 in the reference's ball is r U0 A u + (U0 c + v0) for u in the ball now: |u| < 1 gives |u0| < 1 + |r
- * U0 A - 1| + |U0 c + v0|. */
-static int is_covered(const float map[12], const float pose[12], float radius) {
-    float turned = 0.0f, moved = 0.0f;
-    for (int row = 0; row < 3; row++) {
-        const float *m = map + 4 * row;
-        for (int k = 0; k < 3; k++) {
-            const float entry = radius * (m[0] * pose[k] + m[1] * pose[4 + k] + m[2] * pose[8 + k]);
-            const float off = entry - (row == k ? 1.0f : 0.0f);
-            turned += off * off;
-        }
-        const float off = m[0] * pose[3] + m[1] * pose[7] + m[2] * pose[11] + m[3];
-        moved += off * off;
-    }
-    return sqrtf(turned) + sqrtf(moved) < margin_kept * margin;
-}
-
 /* Moves it to where the blocks are that have left it. */
 static void renew(nsdf_block_reference *r, const nsdf_block_frame *at, const float *radii, uint32_t blocks) {
     for (uint32_t k = 0; k < blocks; k++) {
-        if (!at->alive[k] || (r->stamp[k] > 0 && is_covered(r->map[k], at->pose[k], radii[k])))
+        if (!at->alive[k] ||
+            (r->stamp[k] > 0 && nsdf_block_moved(r->map[k], at->pose[k], radii[k]) < margin_kept * margin))
             continue;
         memcpy(r->map[k], at->map[k], sizeof r->map[k]);
         memcpy(r->reach[k], at->reach[k], sizeof r->reach[k]);

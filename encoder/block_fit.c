@@ -1,6 +1,7 @@
 #include "block_fit.h"
 
 #include "block_cache.h"
+#include "block_pose.h"
 #include "block_rate.h"
 #include "block_rest.h"
 #include "checkpoint.h"
@@ -146,17 +147,6 @@ static int create_state(state *s, const nsdf_fit_job *job, nsdf_block_model *mod
 
 /* ---- One step -------------------------------------------------------------------------------------------- */
 
-/* u = U (x - c), U = M^-1 / r: dL/dc = -U^T g and dL/dM = -U^T g (r u)^T for g = dL/du. */
-static void pose_gradient(const float map[12], float radius, const nsdf_block_gradient *sums, float pose[12]) {
-    for (int row = 0; row < 3; row++) {
-        pose[4 * row + 3] =
-            -(map[row] * sums->slope[0] + map[4 + row] * sums->slope[1] + map[8 + row] * sums->slope[2]);
-        for (int k = 0; k < 3; k++)
-            pose[4 * row + k] = -radius * (map[row] * sums->moment[k] + map[4 + row] * sums->moment[3 + k] +
-                                           map[8 + row] * sums->moment[6 + k]);
-    }
-}
-
 /* Gradients of all blocks at the points of a slot. */
 static void find_gradients(const state *s, slot *sl, workplace *w) {
     const nsdf_block_model *m = s->model;
@@ -165,7 +155,7 @@ static void find_gradients(const state *s, slot *sl, workplace *w) {
         nsdf_block_gradient sums;
         s->passes->backward(&w->work, k, m->desc.degree, w->monomials[k], &sums);
         memcpy(sl->terms[k], sums.terms, sizeof sums.terms);
-        pose_gradient(w->at.map[k], radii[k], &sums, w->poses[k]);
+        nsdf_block_pose_gradient(w->at.map[k], radii[k], (const float(*)[4])sums.moment, w->poses[k]);
         if (!s->rest.settled)
             nsdf_block_rest_gradient(m, &w->at, k, w->poses[k], &sums, sl->rest[k]);
     }

@@ -167,9 +167,12 @@ void nsdf_block_model_set_influences(nsdf_block_model *m) {
         nsdf_block_influence *f = &m->influences[at];
         f->weight = weights[at];
         const float *anchor = anchors + 4 * (size_t)f->bone, *centre = centres + 3 * (at / d->influences);
+        const float used = f->weight != 0.0f ? 1.0f : 0.0f;
         f->scaled = f->weight / anchor[3];
+        f->per_extent = used / anchor[3];
         for (int k = 0; k < 3; k++)
-            f->offset[k] = (centre[k] - anchor[k]) / anchor[3];
+            f->lever[k] = used * ((centre[k] - anchor[k]) / anchor[3]);
+        f->lever[3] = used;
     }
 }
 

@@ -10,8 +10,9 @@ enum { NSDF_BLOCK_MOST_TERMS = 20 };
 /* What one bone does to a block. */
 typedef struct nsdf_block_influence {
     uint32_t bone;
-    float weight, scaled; /* scaled = weight / extent */
-    float offset[3];      /* of the block's centre from the bone's anchor, in extents */
+    float weight, scaled, per_extent; /* scaled = weight / extent; per_extent = 1 / extent */
+    float lever[4]; /* of the block's centre from the bone's anchor, in extents, and 1; with per_extent all 0 where the
+                       weight is */
 } nsdf_block_influence;
 
 typedef struct nsdf_block_model {
@@ -94,7 +95,8 @@ typedef struct nsdf_block_frame {
     float (*terms)[NSDF_BLOCK_MOST_TERMS]; /* [block]: coefficients of monomials */
     float (*reach)[6];                     /* [block]: box of the ball: low, high */
     uint8_t *alive;                        /* [block] */
-    float *bones;                          /* [bone][12] */
+    float *bones;                          /* [bone][12]: rows */
+    float (*columns)[4][4];                /* [bone]: the same as columns; the last of each is 0 */
     float low[3], inverse_cell;
     uint32_t cells[3];
 } nsdf_block_frame;
@@ -108,12 +110,5 @@ void nsdf_block_frame_pose(nsdf_block_frame *frame, const nsdf_block_model *mode
 
 /* Basis functions at u, in the order of the coefficients. */
 void nsdf_block_basis(uint32_t degree, const float u[3], float *basis);
-
-/* A gradient with respect to the blocks' poses ([block][12], as frame->pose) becomes one of the values. */
-void nsdf_block_scatter_poses(const nsdf_block_model *model, double u, const float (*gradient)[12], float *bone_scratch,
-                              float *value_gradient);
-/* Its two halves: to one with respect to the bones ([bone][12]), and from there to the values. */
-void nsdf_block_sum_bones(const nsdf_block_model *model, const float (*gradient)[12], float *bones);
-void nsdf_block_scatter_bones(const nsdf_block_model *model, double u, const float *bones, float *value_gradient);
 
 #endif

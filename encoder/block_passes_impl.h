@@ -359,16 +359,16 @@ INLINE void gather_pairs(const float (*sum)[2], const uint32_t *point, vec *shar
 
 INLINE void add_hits(const nsdf_block_work *w, uint32_t i, uint32_t degree, const float *t, vec *sums) {
     const vec u[3] = {load(w->hit[0] + i), load(w->hit[1] + i), load(w->hit[2] + i)}, root = load(w->hit[3] + i);
-    vec share, f, slope[3], *slope_sums = sums + terms_of(degree), *moments = slope_sums + 3;
+    vec share, f, slope[3], *moments = sums + terms_of(degree);
     gather_pairs((const float(*)[2])w->sum, w->point + i, &share, &f);
     const vec s = share * root, weight = s * root, fall = 4.0f * s * (load(w->hit[4] + i) - f);
     add_monomials(degree, weight, u[0], u[1], u[2], sums);
     slopes(degree, t, u[0], u[1], u[2], slope);
     for (int k = 0; k < 3; k++) {
         const vec g = weight * slope[k] - fall * u[k];
-        slope_sums[k] += g;
         for (int j = 0; j < 3; j++)
-            moments[3 * k + j] += g * u[j];
+            moments[4 * k + j] += g * u[j];
+        moments[4 * k + 3] += g;
     }
 }
 
@@ -412,8 +412,7 @@ INLINE void backward_degree(const nsdf_block_work *w, uint32_t from, uint32_t to
         add_lanes(sums[0] + s, flat + s);
     memset(out->terms, 0, sizeof out->terms);
     memcpy(out->terms, flat, terms * sizeof *flat);
-    memcpy(out->slope, flat + terms, sizeof out->slope);
-    memcpy(out->moment, flat + terms + 3, sizeof out->moment);
+    memcpy(out->moment, flat + terms, sizeof out->moment);
 }
 
 static void backward(const nsdf_block_work *w, uint32_t block, uint32_t degree, const float *t,

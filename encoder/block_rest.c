@@ -1,5 +1,7 @@
 #include "block_rest.h"
 
+#include "block_pose.h"
+
 #include <math.h>
 #include <string.h>
 
@@ -29,27 +31,14 @@ void nsdf_block_rest_free(nsdf_block_rest *rest) {
 
 /* ---- Gradients ------------------------------------------------------------------------------------------- */
 
-/* A pose is the sum over bones of w (B / e, B (c - a) / e + b), with B and b of the bone, a its anchor, e its extent;
- * u = M^-1 (x - p) / r: dL/dr = -(dL/du . u) / r. */
+/* u = M^-1 (x - p) / r: dL/dr = -(dL/du . u) / r. */
 void nsdf_block_rest_gradient(const nsdf_block_model *model, const nsdf_block_frame *frame, uint32_t block,
                               const float pose[12], const nsdf_block_gradient *sums, float rest[NSDF_REST_VALUES]) {
-    const float *placed = frame->pose[block];
     const float radius = model->values[nsdf_block_offset(&model->desc, NSDF_BLOCK_RADII) + block];
-    memset(rest, 0, NSDF_REST_VALUES * sizeof *rest);
-    for (size_t i = 0; i < NSDF_BONE_INFLUENCES; i++) {
-        const nsdf_block_influence *f = &model->influences[(size_t)block * NSDF_BONE_INFLUENCES + i];
-        const float *bone = frame->bones + 12 * (size_t)f->bone;
-        const float inverse_extent = f->weight != 0.0f ? f->scaled / f->weight : 0.0f;
-        for (int row = 0; row < 3 && f->weight != 0.0f; row++) {
-            const float *g = pose + 4 * row, *b = bone + 4 * row;
-            rest[i] += inverse_extent * (g[0] * b[0] + g[1] * b[1] + g[2] * b[2]) +
-                       g[3] * (b[3] + b[0] * f->offset[0] + b[1] * f->offset[1] + b[2] * f->offset[2]);
-        }
-    }
     float *centre = rest + NSDF_BONE_INFLUENCES;
-    for (int axis = 0; axis < 3; axis++)
-        centre[axis] = placed[axis] * pose[3] + placed[4 + axis] * pose[7] + placed[8 + axis] * pose[11];
-    centre[3] = -(sums->moment[0] + sums->moment[4] + sums->moment[8]) / radius;
+    nsdf_block_weight_gradient(model, frame, block, pose, rest);
+    nsdf_block_centre_gradient(frame, block, pose, centre);
+    centre[3] = -(sums->moment[0][0] + sums->moment[1][1] + sums->moment[2][2]) / radius;
 }
 
 void nsdf_block_rest_add_gradient(const nsdf_block_model *model, uint32_t block, const float rest[NSDF_REST_VALUES],

@@ -74,7 +74,7 @@ static balls *create_balls(void) {
         b->alive[k] = 1;
     }
     b->frame = (nsdf_block_frame){
-        b->map, b->pose, b->terms, b->reach, b->alive, NULL, {-0.5f, -0.5f, -0.5f}, CELLS, {CELLS, CELLS, CELLS}};
+        b->map, b->pose, b->terms, b->reach, b->alive, NULL, NULL, {-0.5f, -0.5f, -0.5f}, CELLS, {CELLS, CELLS, CELLS}};
     return b;
 }
 

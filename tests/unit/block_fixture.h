@@ -64,6 +64,18 @@ static inline const float *values_of(const nsdf_block_model *m, uint32_t tensor)
     return m->values + nsdf_block_offset(&m->desc, tensor);
 }
 
+/* Weights that blocks have in turn, each of them on bones that follow each other. */
+static inline void spread_weights(fixture *x, const float (*shares)[NSDF_BONE_INFLUENCES], size_t kinds) {
+    nsdf_block_model *m = &x->model;
+    float *weight = m->values + nsdf_block_offset(&m->desc, NSDF_BLOCK_WEIGHTS);
+    for (size_t k = 0; k < m->desc.block_count; k++)
+        for (uint32_t i = 0; i < NSDF_BONE_INFLUENCES; i++, weight++) {
+            *weight = shares[k % kinds][i];
+            m->influences[NSDF_BONE_INFLUENCES * k + i].bone = (uint32_t)(k + i) % m->desc.bone_count;
+        }
+    nsdf_block_model_set_influences(m);
+}
+
 /* The ball's coordinates of a point, and 1 - |u|^2. */
 static inline double to_ball(const nsdf_block_frame *frame, uint32_t block, const float p[3], float u[3]) {
     const float *m = frame->map[block];

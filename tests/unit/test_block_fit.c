@@ -8,6 +8,7 @@
 #include "block_batch.h"
 #include "block_fit.h"
 #include "block_fixture.h"
+#include "block_pose.h"
 #include "block_stage.h"
 #include "block_start.h"
 #include "fit_samples.h"
@@ -175,7 +176,8 @@ static void test_pose_gradients_reach_the_control_points(void **state) {
     for (int time = 0; time < 3; time++) {
         const double u = 0.45 * time;
         memset(gradient, 0, m->value_count * sizeof *gradient);
-        nsdf_block_scatter_poses(m, u, (const float(*)[12])g, scratch, gradient);
+        nsdf_block_sum_bones(m, (const float(*)[12])g, scratch);
+        nsdf_block_scatter_bones(m, u, scratch, gradient);
         for (size_t i = 0; i < m->value_count; i++) {
             if (i < m->pose_offset || i >= m->pose_offset + m->pose_count) {
                 assert_true(gradient[i] == 0.0f);

@@ -12,17 +12,10 @@ static const double at_time = 0.3;
 
 /* Two balls on four bones, and weights of their blocks that are spread over three of these. */
 static fixture blended_balls(void) {
+    static const float shares[1][4] = {{0.5f, 0.375f, 0.125f, 0.0f}};
     fixture x = two_balls(40, 4, 1);
-    nsdf_block_model *m = &x.model;
-    float *weight = m->values + nsdf_block_offset(&m->desc, NSDF_BLOCK_WEIGHTS);
-    for (size_t k = 0; k < m->desc.block_count; k++, weight += NSDF_BONE_INFLUENCES)
-        for (uint32_t i = 0; i < NSDF_BONE_INFLUENCES; i++) {
-            static const float shares[4] = {0.5f, 0.375f, 0.125f, 0.0f};
-            weight[i] = shares[i];
-            m->influences[NSDF_BONE_INFLUENCES * k + i].bone = (uint32_t)(k + i) % m->desc.bone_count;
-        }
-    nsdf_block_model_set_influences(m);
-    nsdf_block_frame_compose(&x.frame, m, m->values, at_time);
+    spread_weights(&x, shares, 1);
+    nsdf_block_frame_compose(&x.frame, &x.model, x.model.values, at_time);
     return x;
 }
 
@@ -93,7 +86,7 @@ static double ball_loss(fixture *x, uint32_t block, const float (*points)[3], co
         float u[3];
         to_ball(&x->frame, block, points[i], u);
         for (int n = 0; n < 9; n++)
-            sums->moment[n] += g[i][n / 3] * u[n % 3];
+            sums->moment[n / 3][n % 3] += g[i][n / 3] * u[n % 3];
         for (int axis = 0; axis < 3; axis++)
             loss += (double)g[i][axis] * (double)u[axis];
     }
