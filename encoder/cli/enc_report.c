@@ -7,6 +7,20 @@
 
 static const char *const coders[] = {"none", "deflate", "zstd", "range"};
 
+/* Those of blocks; what a fit of few frames makes of the last four is in encoder.h. */
+static void put_block_options(nsdf_cli_file *f, const nsdf_encoder_options *e) {
+    nsdf_cli_file_print(f,
+                        "    \"blocks\": %u, \"block_degree\": %u, \"block_overlap\": %.17g, \"block_radius\": %.17g, "
+                        "\"bones\": %u, \"block_knot_spacing\": %.17g, \"level_spacing\": %.17g,\n",
+                        e->blocks, e->block_degree, e->block_overlap, e->block_radius, e->bones, e->block_knot_spacing,
+                        e->level_spacing);
+    nsdf_cli_file_print(f,
+                        "    \"pose_step\": %.17g, \"coefficient_step\": %.17g, \"motion_rate\": %.17g, "
+                        "\"block_steps\": %llu, \"block_visits\": %llu, \"block_frames\": %u, \"block_points\": %u,\n",
+                        e->pose_step, e->coefficient_step, e->motion_rate, (unsigned long long)e->block_steps,
+                        (unsigned long long)e->block_visits, e->block_frames, e->block_points);
+}
+
 static void put_options(nsdf_cli_file *f, const enc_options *o) {
     static const char *const inputs[] = {"xyz", "xyzt", "fourier"}, *const acts[] = {"sine", "relu", "tanh"};
     static const char *const times[] = {"constant", "spline", "low-rank"};
@@ -29,6 +43,7 @@ static void put_options(nsdf_cli_file *f, const enc_options *o) {
         times[e->weight_time], e->knot_spacing, e->rank, e->omega_first, e->omega_hidden);
     nsdf_cli_file_print(f, "    \"fourier_features\": %u, \"fourier_sigma\": %.17g, \"fourier_trained\": %s,\n",
                         e->fourier_features, e->fourier_sigma, e->fourier_trained ? "true" : "false");
+    put_block_options(f, e);
     nsdf_cli_file_print(f,
                         "    \"sampling\": \"%s\", \"d_half\": %.17g, \"hard_samples\": %s, \"time_norm\": \"%s\", "
                         "\"sdf_norm\": \"%s\", \"shell\": %.17g,\n",
