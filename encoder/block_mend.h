@@ -8,7 +8,7 @@
 /* Mending is worth it where the mean distance back to the input is so many times that to the decoded surface. */
 #define NSDF_ASTRAY 1.25
 /* Of the steps of a whole fit. */
-#define NSDF_MEND_SHARE 0.1
+#define NSDF_MEND_SHARE 0.15
 
 /* The job's samples; in frames with strays (strays[frame], as nsdf_verify_file finds them) an eighth of them gives way
  * to points of the stray pieces and of the empty room around these.  sets[job->frame_count] borrow what stays as it

@@ -10,6 +10,7 @@
 
 static const double rate_share = 1.5;
 static const double margin_blocks = 1.2; /* nodes for more blocks than expected */
+static const double most_share = 0.25;   /* of the options' steps, in a probe or a tuning that would have too few */
 
 nsdf_status nsdf_rate_no_memory(const nsdf_rate_model *m) {
     return nsdf_encoder_fail(m->error, NSDF_NO_MEMORY, "out of memory while fitting");
@@ -144,9 +145,16 @@ static int trim_lives(const nsdf_rate_model *m) {
                              : nsdf_block_trim_lives(m->blocks, job->frames, job->u, job->header, NULL, job->workers);
 }
 
-static nsdf_status fit_some(nsdf_rate_model *m, double share) {
+/* A step moves a value only so far: a share of few steps would say little of a level, or tune little. */
+static uint64_t steps_of(const nsdf_rate_model *m, nsdf_rate_kind kind, double share) {
+    const double all = (double)m->base.steps, fewest = kind == NSDF_RATE_PROBE ? 1000.0 : 500.0;
+    const double steps = kind == NSDF_RATE_FIT ? share * all : fmax(share * all, fmin(fewest, most_share * all));
+    return (uint64_t)fmax(1.0, rint(steps));
+}
+
+static nsdf_status fit_some(nsdf_rate_model *m, uint64_t steps) {
     nsdf_fit_result some;
-    m->now.options.steps = (uint64_t)fmax(1.0, rint(share * (double)m->base.steps));
+    m->now.options.steps = steps;
     m->now.options.seed = m->base.seed + m->tunes;
     const nsdf_fit_job job = job_of(m);
     if (nsdf_fit_mended(&job, m->strays, m->blocks, &some) != 0 || trim_lives(m) != 0)
@@ -166,7 +174,7 @@ nsdf_status nsdf_rate_fit_and_measure(nsdf_rate_model *m, nsdf_rate_kind kind, d
     m->tunes += kind == NSDF_RATE_TUNE;
     if (kind != NSDF_RATE_FIT)
         m->control.steer = NULL;
-    nsdf_status status = fit_some(m, share);
+    nsdf_status status = fit_some(m, steps_of(m, kind, share));
     m->control = given;
     if (status == NSDF_OK && m->job.size)
         status = nsdf_rate_count_bytes(m) == 0 ? NSDF_OK : nsdf_rate_no_memory(m);

@@ -58,9 +58,9 @@ void nsdf_rate_set_x(nsdf_rate_model *m, double x);
 /* Only m->now.bytes.  0, or -1 when memory ran out. */
 int nsdf_rate_count_bytes(nsdf_rate_model *m);
 
-/* Fits by a share of the options' steps, a probe without steering (nsdf_fit_control; m->control.steer is called with
- * m->control.user), a tuning with other samples each time.  Then measures: bytes, and with a target error the error.
- * NSDF_CANCELLED where *m->result says why. */
+/* Fits by a share of the options' steps; a probe, which is not steered (nsdf_fit_control; m->control.steer is called
+ * with m->control.user), and a tuning, which has other samples each time, by a little more where that would be few.
+ * Then measures: bytes, and with a target error the error.  NSDF_CANCELLED where *m->result says why. */
 nsdf_status nsdf_rate_fit_and_measure(nsdf_rate_model *m, nsdf_rate_kind kind, double share);
 
 /* strays[job.fit.frame_count], taken over where there are any, join the samples of fits that follow. */
