@@ -69,12 +69,17 @@ static void fill_uniform(const nsdf_sdf *sdf, const float low[3], const float hi
     }
 }
 
-/* A surface point displaced by normal noise, inside the domain; returns how far it went. */
-static float draw_displaced(const nsdf_area_table *table, const nsdf_sampler_params *params, float width,
+/* A share of the surface's area. */
+typedef struct share {
+    size_t number, count;
+} share;
+
+/* A point of the share displaced by normal noise, inside the domain; returns how far it went. */
+static float draw_displaced(const nsdf_area_table *table, share part, const nsdf_sampler_params *params, float width,
                             nsdf_random *random, float xyz[3]) {
     float moved2 = 0.0f;
     for (int tries = 0; tries < MAX_TRIES; tries++) {
-        (void)nsdf_area_table_draw(table, random, xyz);
+        (void)nsdf_area_table_draw_share(table, part.number, part.count, random, xyz);
         moved2 = 0.0f;
         for (int k = 0; k < 3; k++) {
             float step = width * nsdf_random_normal(random);
@@ -89,11 +94,13 @@ static float draw_displaced(const nsdf_area_table *table, const nsdf_sampler_par
     return INFINITY;
 }
 
+/* In the order of the triangles, along the surface: what a search reads is then mostly what the last one read. */
 static void fill_displaced(const nsdf_sdf *sdf, const nsdf_area_table *table, const nsdf_sampler_params *params,
                            float width, nsdf_random *random, nsdf_sample_set *set, size_t first, size_t end) {
     for (size_t i = first; i < end; i++) {
         float xyz[3];
-        float moved = draw_displaced(table, params, width, random, xyz);
+        const share part = {i - first, end - first};
+        const float moved = draw_displaced(table, part, params, width, random, xyz);
         store(set, i, xyz, nsdf_sdf_distance_below(sdf, xyz, moved));
     }
 }
@@ -105,11 +112,11 @@ static void part_ends(const nsdf_sampler_params *p, size_t ends[5]) {
         noise += (double)p->noise_share[i];
     }
     for (int i = 0; i < 5; i++) {
-        double share = i == 3 ? (double)p->frame_box_share : (double)p->domain_share;
+        double part = i == 3 ? (double)p->frame_box_share : (double)p->domain_share;
         if (i < 3) {
-            share = noise > 0.0 ? displaced * (double)p->noise_share[i] / noise : displaced / 3.0;
+            part = noise > 0.0 ? displaced * (double)p->noise_share[i] / noise : displaced / 3.0;
         }
-        sum += share;
+        sum += part;
         double end = floor(fmin(fmax(sum, 0.0), 1.0) * (double)p->count + 0.5);
         ends[i] = (size_t)end < p->count ? (size_t)end : p->count;
     }

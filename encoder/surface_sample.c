@@ -76,7 +76,7 @@ int nsdf_sample_surface(const nsdf_surface *surface, size_t count, nsdf_random *
         return -1;
     }
     for (size_t i = 0; i < count; i++) {
-        (void)nsdf_area_table_draw(&table, random, &xyz[3 * i]);
+        (void)nsdf_area_table_draw_share(&table, i, count, random, &xyz[3 * i]);
     }
     nsdf_area_table_free(&table);
     return 0;
