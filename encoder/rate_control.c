@@ -157,6 +157,7 @@ double nsdf_rate_curve_distance(const nsdf_rate_curve *c, double level) {
 static const double size_slope = 0.4, steer_gain = 0.6, most_steer = 0.3; /* -dlog(bytes)/dx, and what steering does */
 static const double error_slope = 0.3, least_slope = 0.12, most_slope = 1.0;
 static const double most_move = 0.7;
+static const double as_far = 0.05;     /* of x: as good as the same */
 static const double edge_share = 0.15; /* of a bracket: closer to its ends nothing new is learned */
 static const double tight = 0.992, promised = 0.97;
 enum { MOST_TRIES = 28 };
@@ -176,6 +177,14 @@ void nsdf_rate_tried(nsdf_rate_trials *trials, double x, double error) {
     trials->count += trials->count < NSDF_RATE_MOST_TRIALS;
 }
 
+/* Each trial fits on from the one before.  Whether a later one had the error as far out as trial i, which had not. */
+static int is_overtaken(const nsdf_rate_trials *trials, uint32_t i, double wanted) {
+    for (uint32_t later = 0; later < i; later++)
+        if (trials->error[later] <= wanted && trials->x[later] > trials->x[i] - as_far)
+            return 1;
+    return 0;
+}
+
 /* x[0] is the largest that had the error, x[1] the smallest that had not. */
 static void bracket(const nsdf_rate_trials *trials, double wanted, double x[2]) {
     x[0] = -INFINITY;
@@ -183,7 +192,7 @@ static void bracket(const nsdf_rate_trials *trials, double wanted, double x[2]) 
     for (uint32_t i = 0; i < trials->count; i++)
         if (trials->error[i] <= wanted)
             x[0] = fmax(x[0], trials->x[i]);
-        else
+        else if (!is_overtaken(trials, i, wanted))
             x[1] = fmin(x[1], trials->x[i]);
 }
 

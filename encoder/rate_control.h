@@ -69,7 +69,8 @@ typedef struct nsdf_rate_trials {
 void nsdf_rate_tried(nsdf_rate_trials *trials, double x, double error);
 
 /* The next x: by the secant through the logarithms of the last two, but between the largest x that had the error and
- * the smallest that had not, where the former is below the latter. */
+ * the smallest that had not, where the former is below the latter; an x that had not no longer counts once a later
+ * trial had the error there. */
 double nsdf_rate_next(const nsdf_rate_trials *trials, double wanted);
 
 /* Bytes at x; returns 0, or -1 on failure. */

@@ -240,6 +240,19 @@ static void test_trials_stay_within_what_is_known(void **state) {
     assert_true(x > 0.5 && x < 1.3); /* what was forgotten limits nothing */
 }
 
+/* Fitting on brings the error down: what failed at first holds nothing back that does not fail there later. */
+static void test_trials_that_were_overtaken_limit_nothing(void **state) {
+    nsdf_rate_trials trials = {{0.0}, {0.0}, 0};
+    (void)state;
+    nsdf_rate_tried(&trials, 0.3, 9.6e-4);
+    nsdf_rate_tried(&trials, 0.2, 8.0e-4);
+    double x = nsdf_rate_next(&trials, 9.5e-4);
+    assert_true(x > 0.2 && x < 0.3);
+    nsdf_rate_tried(&trials, 0.28, 7.7e-4);
+    x = nsdf_rate_next(&trials, 9.5e-4);
+    assert_true(x > 0.5);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_level_0_is_the_options_given),
@@ -258,6 +271,7 @@ int main(void) {
         cmocka_unit_test(test_secants_arrive_at_an_error),
         cmocka_unit_test(test_noise_does_not_turn_a_secant_round),
         cmocka_unit_test(test_trials_stay_within_what_is_known),
+        cmocka_unit_test(test_trials_that_were_overtaken_limit_nothing),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
