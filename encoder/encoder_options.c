@@ -129,8 +129,8 @@ typedef struct {
 static nsdf_status check_ranges(const range *ranges, size_t count, nsdf_encoder_error *error) {
     for (size_t i = 0; i < count; i++)
         if (!(ranges[i].value >= ranges[i].low && ranges[i].value <= ranges[i].high))
-            return nsdf_encoder_fail(error, NSDF_INVALID_ARGUMENT, "%s is %g, expected %g to %g", ranges[i].name,
-                                     ranges[i].value, ranges[i].low, ranges[i].high);
+            return nsdf_encoder_fail(error, NSDF_INVALID_ARGUMENT, "%s is %.10g, expected %.10g to %.10g",
+                                     ranges[i].name, ranges[i].value, ranges[i].low, ranges[i].high);
     return NSDF_OK;
 }
 
