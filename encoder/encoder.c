@@ -27,6 +27,7 @@ static const double lost_error = 0.02;
 
 /* While verification finds stray pieces, fitting goes on a little, so many times at the most. */
 enum { MEND_ROUNDS = 3 };
+static const double same_error = 1.01; /* as a factor: no worse */
 
 struct nsdf_encoder {
     nsdf_encoder_options options;
@@ -504,7 +505,8 @@ static int worth_mending(const run *r) {
         return 0;
     if (!e->blocks.values)
         return pieces > 0;
-    return !has_target(r) && !(e->options.time_budget > 0.0) && q->mean_to_input > NSDF_ASTRAY * q->mean_to_decoded;
+    return !has_target(r) && !(e->options.time_budget > 0.0) &&
+           (pieces > 0 || q->mean_to_input > NSDF_ASTRAY * q->mean_to_decoded);
 }
 
 /* Goes on after verification until the target is met, or nothing helps. */
@@ -556,10 +558,16 @@ static void take_back(nsdf_encoder *e, const nsdf_encoder *kept) {
     e->stats.seconds_verify = tried.seconds_verify;
 }
 
-/* Whether what was tried succeeded and has less of an error; if not, the encoder is as it was. */
+/* Less of an error, or about the same and fewer pieces astray, which are more easily seen than they are measured. */
+static int is_better(const nsdf_encoder_stats *tried, const nsdf_encoder_stats *kept) {
+    const double error = nsdf_mean_error(&tried->quality), before = nsdf_mean_error(&kept->quality);
+    return error < before || (tried->stray_pieces < kept->stray_pieces && error < same_error * before);
+}
+
+/* Whether what was tried succeeded and is better; if not, the encoder is as it was. */
 static int keep_better(run *r, nsdf_encoder *kept, nsdf_status status) {
     nsdf_encoder *e = r->encoder;
-    if (status == NSDF_OK && nsdf_mean_error(&e->stats.quality) < nsdf_mean_error(&kept->stats.quality)) {
+    if (status == NSDF_OK && is_better(&e->stats, &kept->stats)) {
         nsdf_buffer_free(&kept->file);
         nsdf_block_model_free(&kept->blocks);
         return 1;
