@@ -191,10 +191,10 @@ static encoded encode_coarse_blocks(frame_maker frames, uint32_t network_steps) 
 
 static void test_blocks_that_come_apart_give_way_to_a_better_network(void **state) {
     (void)state;
-    encoded e = encode_coarse_blocks(flying_sphere, 1500);
+    encoded e = encode_coarse_blocks(flying_sphere, 3000);
     nsdf_decoder *decoder = open_file(&e);
     assert_true(e.stats.came_apart && !e.stats.unfollowed);
-    assert_true(e.stats.blocks == 0 && e.stats.steps >= 1500);
+    assert_true(e.stats.blocks == 0 && e.stats.steps >= 3000);
     assert_true(nsdf_mean_error(&e.stats.quality) < 0.02);
     assert_int_equal(nsdf_verify(decoder), NSDF_OK);
     nsdf_close(&decoder);

@@ -5,7 +5,7 @@ for kind in obj ply stl glb; do
         grep -q glTF why && skip "no glTF"
         give_up "$(<why)"
     fi
-    nsdf-enc --check -q "f_%d.$kind" | sed 's/, . of them not clean//'
+    nsdf-enc --check -q "f_%d.$kind" | sed 's/, . of them not clean//; s/; of each: .*//'
     mkdir "$kind"
     mv f_*."$kind" "$kind"
     nsdf-cmp obj "$kind" --measures none --samples 500 | awk '$1 == "mean" { print ($2 + $3 < 1e-6 ? "same" : $0) }'
