@@ -75,7 +75,7 @@ static void thesis_options(nsdf_encoder_options *o) {
 void nsdf_encoder_options_init(nsdf_encoder_options *options, nsdf_preset preset) {
     nsdf_encoder_options o = common_options();
     o.steps = 7000;
-    o.block_visits = 120000;
+    o.block_visits = 80000;
     if (preset == NSDF_PRESET_FAST) {
         o.knot_spacing = 6.0;
         o.learning_rate = 1.4e-3;
@@ -95,11 +95,11 @@ void nsdf_encoder_options_init(nsdf_encoder_options *options, nsdf_preset preset
     }
     if (preset == NSDF_PRESET_SLOW || preset == NSDF_PRESET_BEST) {
         o.steps = 100000;
-        o.blocks = 2600;
+        o.blocks = 3000;
         o.bones = 104;
-        o.block_visits = 480000;
+        o.block_visits = 720000;
         o.block_knot_spacing = 1.0;
-        o.level_spacing = 9.0;
+        o.level_spacing = 8.0;
         o.pose_step = 9e-5;
         o.coefficient_step = 2e-4;
         o.motion_rate = 2e-5;
