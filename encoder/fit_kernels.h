@@ -45,6 +45,8 @@ const nsdf_fit_kernels *nsdf_fit_kernels_select(void);
 
 /* The fastest whose short products are those of single precision. */
 const nsdf_fit_kernels *nsdf_fit_kernels_exact(void);
+/* Those with short products that this processor runs, be they faster or not; NULL if there are none. */
+const nsdf_fit_kernels *nsdf_fit_kernels_short(void);
 
 /* Each set, NULL where the build has no such set; for tests. */
 const nsdf_fit_kernels *nsdf_fit_kernels_generic(void);

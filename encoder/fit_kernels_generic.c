@@ -21,12 +21,22 @@ const nsdf_fit_kernels *nsdf_fit_kernels_exact(void) {
     return best;
 }
 
-const nsdf_fit_kernels *nsdf_fit_kernels_select(void) {
-    const nsdf_fit_kernels *exact = nsdf_fit_kernels_exact();
+const nsdf_fit_kernels *nsdf_fit_kernels_short(void) {
 #if defined(__x86_64__)
-    if (exact == nsdf_fit_kernels_avx512() && __builtin_cpu_supports("avx512bw") &&
-        __builtin_cpu_supports("avx512bf16") && nsdf_fit_kernels_bf16())
+    if (nsdf_fit_kernels_exact() == nsdf_fit_kernels_avx512() && __builtin_cpu_supports("avx512bw") &&
+        __builtin_cpu_supports("avx512bf16"))
         return nsdf_fit_kernels_bf16();
 #endif
-    return exact;
+    return NULL;
+}
+
+const nsdf_fit_kernels *nsdf_fit_kernels_select(void) {
+    const nsdf_fit_kernels *products = nsdf_fit_kernels_short();
+#if defined(__x86_64__)
+    if (products && __builtin_cpu_is("amd")) /* Intel's do half as many products of bf16 as of single precision */
+        return products;
+#else
+    (void)products;
+#endif
+    return nsdf_fit_kernels_exact();
 }

@@ -106,8 +106,8 @@ static void add_widths(kernels_list *list, const nsdf_fit_kernels *kernels, benc
 void kernels_add_fit(kernels_list *list) {
     const nsdf_fit_kernels *const sets[BENCH_ISA_COUNT] = {nsdf_fit_kernels_generic(), nsdf_fit_kernels_avx2(),
                                                            nsdf_fit_kernels_avx512()};
-    if (nsdf_fit_kernels_select() == nsdf_fit_kernels_bf16())
-        add_widths(list, nsdf_fit_kernels_bf16(), BENCH_ISA_AVX512);
+    if (nsdf_fit_kernels_short())
+        add_widths(list, nsdf_fit_kernels_short(), BENCH_ISA_AVX512);
     for (int isa = BENCH_ISA_COUNT - 1; isa >= 0; isa--)
         if (sets[isa] && bench_isa_is_here((bench_isa)isa))
             add_widths(list, sets[isa], (bench_isa)isa);

@@ -27,8 +27,8 @@ static int list_sets(const nsdf_fit_kernels *sets[MAX_SETS]) {
         sets[count++] = nsdf_fit_kernels_avx2();
     if (features & NSDF_CPU_AVX512 && nsdf_fit_kernels_avx512())
         sets[count++] = nsdf_fit_kernels_avx512();
-    if (nsdf_fit_kernels_select() == nsdf_fit_kernels_bf16()) /* only where the processor has it */
-        sets[count++] = nsdf_fit_kernels_bf16();
+    if (nsdf_fit_kernels_short())
+        sets[count++] = nsdf_fit_kernels_short();
     return count;
 }
 
@@ -296,12 +296,13 @@ static void test_relu_and_scale_are_exact(void **state) {
     }
 }
 
-static void test_the_selected_set_is_the_last_that_runs_here(void **state) {
-    const nsdf_fit_kernels *sets[MAX_SETS];
-    const int count = list_sets(sets);
+/* Short products are faster on some of the processors that have them. */
+static void test_the_selected_set_is_the_best_that_runs_here(void **state) {
+    const nsdf_fit_kernels *sets[MAX_SETS], *selected = nsdf_fit_kernels_select();
+    const int shorts = nsdf_fit_kernels_short() ? 1 : 0, count = list_sets(sets) - shorts;
     (void)state;
-    assert_ptr_equal(nsdf_fit_kernels_select(), sets[count - 1]);
-    assert_string_equal(nsdf_fit_kernels_generic()->name, "generic");
+    assert_ptr_equal(nsdf_fit_kernels_exact(), sets[count - 1]);
+    assert_true(selected == sets[count - 1] || (shorts && selected == sets[count]));
 }
 
 int main(void) {
@@ -312,7 +313,7 @@ int main(void) {
         cmocka_unit_test(test_sine_and_cosine_keep_their_bound_below_a_thousand),
         cmocka_unit_test(test_tanh_and_its_slope),
         cmocka_unit_test(test_relu_and_scale_are_exact),
-        cmocka_unit_test(test_the_selected_set_is_the_last_that_runs_here),
+        cmocka_unit_test(test_the_selected_set_is_the_best_that_runs_here),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
