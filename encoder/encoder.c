@@ -61,8 +61,8 @@ typedef struct {
     nsdf_fit_result fit;
     nsdf_tracked tracked; /* the surface, if the model is blocks */
     int is_tracked;
-    double seconds_track;
-    nsdf_sample_set *strays; /* [frame]: what verification found */
+    double seconds_track, seconds_check; /* following the surface; coding and verifying, the last time */
+    nsdf_sample_set *strays;             /* [frame]: what verification found */
     nsdf_coded_segment segment;
     uint64_t size;                 /* asked for, 0 = none */
     nsdf_rate_blocks *rate_blocks; /* with a target, one of the two */
@@ -460,8 +460,10 @@ static nsdf_status code_and_check(run *r) {
     began = nsdf_clock();
     if (status == NSDF_OK)
         status = check(r, &bound);
+    const double checked = nsdf_clock() - began;
     stats->seconds_code += coded + bound;
-    stats->seconds_verify += nsdf_clock() - began - bound;
+    stats->seconds_verify += checked - bound;
+    r->seconds_check = coded + checked;
     return status;
 }
 
@@ -496,17 +498,22 @@ static nsdf_status mend(run *r) {
     return status == NSDF_OK ? code_and_check(r) : status;
 }
 
+/* Whether the time that was asked for, if any, has room for a round of mending: most of one is coding and checking. */
+static int has_time(const run *r) {
+    const double budget = r->encoder->options.time_budget;
+    return !(budget > 0.0) || nsdf_clock() + r->seconds_check < r->start + budget;
+}
+
 /* More than a stray piece a frame says that the model is too small or fitted too briefly, which mending cannot mend. */
 static int worth_mending(const run *r) {
     const nsdf_encoder *e = r->encoder;
     const nsdf_quality *q = &e->stats.quality;
     const uint32_t pieces = e->stats.stray_pieces;
-    if (!e->options.hard_samples || !e->options.verify || pieces > e->frames.count + 8)
+    if (!e->options.hard_samples || !e->options.verify || pieces > e->frames.count + 8 || !has_time(r))
         return 0;
     if (!e->blocks.values)
         return pieces > 0;
-    return !has_target(r) && !(e->options.time_budget > 0.0) &&
-           (pieces > 0 || q->mean_to_input > NSDF_ASTRAY * q->mean_to_decoded);
+    return !has_target(r) && (pieces > 0 || q->mean_to_input > NSDF_ASTRAY * q->mean_to_decoded);
 }
 
 /* Goes on after verification until the target is met, or nothing helps. */
