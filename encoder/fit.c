@@ -22,6 +22,9 @@ static const double least_d0 = 0.0025, most_d0 = 0.02;
  * values too long. */
 static const double rate_rise = 0.25;
 
+/* Short factors serve for this part of the steps; what they leave is settled in single precision. */
+static const double short_share = 0.7;
+
 /* So often are quantisers chosen before, for the rate of the parameters. */
 enum { QUANTISER_STEPS = 50 };
 
@@ -64,7 +67,7 @@ typedef struct {
 
 typedef struct {
     const nsdf_fit_job *job;
-    const nsdf_fit_kernels *kernels;
+    const nsdf_fit_kernels *kernels, *fastest, *exact; /* of the step that is made; to choose from */
     nsdf_loss_params loss;
     nsdf_random random;
     nsdf_frame_order order;
@@ -127,7 +130,8 @@ static int create_state(state *s, const nsdf_fit_job *job, float *parameters, ns
     s->result = result;
     s->began = nsdf_clock();
     nsdf_budget_start(&s->budget, job->deadline, o->steps);
-    s->kernels = nsdf_fit_kernels_select();
+    s->kernels = s->fastest = nsdf_fit_kernels_select();
+    s->exact = nsdf_fit_kernels_exact();
     s->loss = (nsdf_loss_params){o->loss, (float)o->loss_d0, (float)o->loss_delta, (float)o->loss_slope, 1.0f};
     s->random = nsdf_random_start(o->seed, 2);
     s->cursor = calloc(job->frame_count, sizeof *s->cursor);
@@ -405,6 +409,7 @@ static int fit_steps(state *s, float *parameters, nsdf_fit_result *result) {
             find_strays(s, s->active, searches[s->searched].resolution, result) != 0)
             return -1;
         s->rate_share = fmin(1.0, (double)step / (rate_rise * (double)steps));
+        s->kernels = (double)step < short_share * (double)steps ? s->fastest : s->exact;
         one_step(s, parameters, nsdf_rate_schedule(step, steps, o->learning_rate), step >= rounding_from);
         count_step(s, result);
         if (nsdf_checkpoint_due(s->job->checkpoint, step + 1 == s->budget.steps) && save(s) != 0)
@@ -424,6 +429,7 @@ static int extra_steps(state *s, float *parameters, nsdf_fit_result *result) {
     const nsdf_encoder_options *o = s->job->options;
     uint64_t steps = 1 + (uint64_t)(repair_share * (double)s->budget.steps);
     s->rate_share = 1.0;
+    s->kernels = s->exact;
     for (uint64_t step = 0; step < steps; step++) {
         one_step(s, parameters, nsdf_rate_schedule(step, steps, repair_rate * o->learning_rate),
                  rounding_start(o, 0) != UINT64_MAX);

@@ -45,13 +45,15 @@ const nsdf_fit_kernels *nsdf_fit_kernels_select(void);
 
 /* The fastest whose short products are those of single precision. */
 const nsdf_fit_kernels *nsdf_fit_kernels_exact(void);
-/* Those with short products that this processor runs, be they faster or not; NULL if there are none. */
-const nsdf_fit_kernels *nsdf_fit_kernels_short(void);
+/* Those with short products that this processor runs, be they faster or not; returns how many there are. */
+enum { NSDF_FIT_SHORT_SETS = 2 };
+uint32_t nsdf_fit_kernels_list_short(const nsdf_fit_kernels *sets[NSDF_FIT_SHORT_SETS]);
 
 /* Each set, NULL where the build has no such set; for tests. */
 const nsdf_fit_kernels *nsdf_fit_kernels_generic(void);
 const nsdf_fit_kernels *nsdf_fit_kernels_avx2(void);
 const nsdf_fit_kernels *nsdf_fit_kernels_avx512(void);
 const nsdf_fit_kernels *nsdf_fit_kernels_bf16(void); /* AVX-512 with bf16 */
+const nsdf_fit_kernels *nsdf_fit_kernels_amx(void);  /* and products by tiles; NULL too where the system gives none */
 
 #endif

@@ -81,7 +81,8 @@ static void run_outer(void *data) {
 
 static void add_width(kernels_list *list, uint32_t width, const nsdf_fit_kernels *kernels, bench_isa isa, int alone) {
     subject *s = create_subject(width, kernels);
-    const char *factors = kernels->multiply_short == kernels->multiply ? "" : ", bf16";
+    const int exact = kernels->multiply_short == kernels->multiply;
+    const char *factors = exact ? "" : kernels == nsdf_fit_kernels_bf16() ? ", bf16" : ", bf16 tiles";
     const double product = 2.0 * width * (width + 1) * TILE_PANELS * NSDF_PANEL;
     const kernels_entry fit = {"fit", isa, KERNELS_FLOP, POINTS * flop_a_sample(&s->model), POINTS, "samples", -1};
     const kernels_entry kernel = {"fit", isa, KERNELS_FLOP, product, 0.0, "", -1};
@@ -106,8 +107,10 @@ static void add_widths(kernels_list *list, const nsdf_fit_kernels *kernels, benc
 void kernels_add_fit(kernels_list *list) {
     const nsdf_fit_kernels *const sets[BENCH_ISA_COUNT] = {nsdf_fit_kernels_generic(), nsdf_fit_kernels_avx2(),
                                                            nsdf_fit_kernels_avx512()};
-    if (nsdf_fit_kernels_short())
-        add_widths(list, nsdf_fit_kernels_short(), BENCH_ISA_AVX512);
+    const nsdf_fit_kernels *short_sets[NSDF_FIT_SHORT_SETS];
+    const uint32_t shorts = nsdf_fit_kernels_list_short(short_sets);
+    for (uint32_t i = 0; i < shorts; i++)
+        add_widths(list, short_sets[i], BENCH_ISA_AVX512);
     for (int isa = BENCH_ISA_COUNT - 1; isa >= 0; isa--)
         if (sets[isa] && bench_isa_is_here((bench_isa)isa))
             add_widths(list, sets[isa], (bench_isa)isa);

@@ -13,7 +13,7 @@
 #include "nsdf/decoder.h"
 #include "random.h"
 
-enum { GUARD = 32, LINE = 16 /* floats in 64 bytes */, MAX_SETS = 4 };
+enum { GUARD = 32, LINE = 16 /* floats in 64 bytes */, MAX_SETS = 3 + NSDF_FIT_SHORT_SETS };
 static const float guard_value = -12345.5f;
 static const double rounding = 0x1p-23;         /* twice the error of one operation */
 static const double short_rounding = 0x1.01p-7; /* of a product of two factors rounded to bf16 */
@@ -27,9 +27,7 @@ static int list_sets(const nsdf_fit_kernels *sets[MAX_SETS]) {
         sets[count++] = nsdf_fit_kernels_avx2();
     if (features & NSDF_CPU_AVX512 && nsdf_fit_kernels_avx512())
         sets[count++] = nsdf_fit_kernels_avx512();
-    if (nsdf_fit_kernels_short())
-        sets[count++] = nsdf_fit_kernels_short();
-    return count;
+    return count + (int)nsdf_fit_kernels_list_short(sets + count);
 }
 
 /* `count` floats at a multiple of 64 bytes, all of them and those around them guards. */
@@ -298,11 +296,11 @@ static void test_relu_and_scale_are_exact(void **state) {
 
 /* Short products are faster on some of the processors that have them. */
 static void test_the_selected_set_is_the_best_that_runs_here(void **state) {
-    const nsdf_fit_kernels *sets[MAX_SETS], *selected = nsdf_fit_kernels_select();
-    const int shorts = nsdf_fit_kernels_short() ? 1 : 0, count = list_sets(sets) - shorts;
+    const nsdf_fit_kernels *sets[MAX_SETS], *selected = nsdf_fit_kernels_select(), *shorts[NSDF_FIT_SHORT_SETS];
+    const int all = list_sets(sets), count = all - (int)nsdf_fit_kernels_list_short(shorts);
     (void)state;
     assert_ptr_equal(nsdf_fit_kernels_exact(), sets[count - 1]);
-    assert_true(selected == sets[count - 1] || (shorts && selected == sets[count]));
+    assert_true(selected == sets[count - 1] || selected == sets[all - 1]);
 }
 
 int main(void) {
