@@ -1,10 +1,7 @@
 # An interrupt ends the comparison and leaves nothing, neither the result nor the heat maps that were done.
 start_interruptible nsdf-cmp fixture/frames fixture/tiny.nsdf --samples 300000 --resolution 64 --measures none \
     --threads 1 -v --heatmap h_%d.ply -o r.txt
-for _ in $(seq 300); do
-    grep -q 'metaballs_0000.obj' interrupted.err && break
-    sleep 0.1
-done
+wait_for_message 'metaballs_0000.obj'
 kill -INT "$pid"
 code=0
 wait_for "$pid" 60 || code=$?
