@@ -6,6 +6,7 @@
  * Hits are worked on by NSDF_HIT_LANES, in parts of W; every lane has sums of its own, which are added up in the same
  * order everywhere.  A ball of a batch holds some twenty points: longer vectors would mostly be empty. */
 #include "block_batch.h"
+#include "row4.h"
 
 #include <string.h>
 
@@ -21,7 +22,6 @@ enum { LANES = NSDF_HIT_LANES };
 
 typedef float vec __attribute__((vector_size(4 * W)));
 typedef int32_t mask __attribute__((vector_size(4 * W)));
-typedef float vec4 __attribute__((vector_size(16)));
 typedef float vec2 __attribute__((vector_size(8)));
 
 INLINE vec load(const float *p) {
@@ -42,12 +42,6 @@ INLINE vec choose(mask m, vec a, vec b) {
     return (vec)((m & (mask)a) | (~m & (mask)b));
 }
 
-INLINE vec4 load4(const float *p) {
-    vec4 v;
-    memcpy(&v, p, sizeof v);
-    return v;
-}
-
 INLINE double load_pair(const float *p) {
     double v;
     memcpy(&v, p, sizeof v);
@@ -61,12 +55,13 @@ INLINE double load_pair(const float *p) {
 #define SHUFFLE(a, b, i, j, k, l) __builtin_shufflevector(a, b, FOUR(i, j, k, l, 0), FOUR(i, j, k, l, 1))
 typedef double vec_pairs __attribute__((vector_size(32)));
 #define PAIRS(n) ((vec_pairs){PAIR(n), PAIR(n + 1), PAIR(n + 4), PAIR(n + 5)})
-#define SIDE_BY_SIDE(n) __builtin_shufflevector(load4(POINT(n)), load4(POINT(n + 4)), 0, 1, 2, 3, 4, 5, 6, 7)
+#define SIDE_BY_SIDE(n)                                                                                                \
+    __builtin_shufflevector(nsdf_row4_load(POINT(n)), nsdf_row4_load(POINT(n + 4)), 0, 1, 2, 3, 4, 5, 6, 7)
 #else
 #define SHUFFLE(a, b, i, j, k, l) __builtin_shufflevector(a, b, FOUR(i, j, k, l, 0))
 typedef double vec_pairs __attribute__((vector_size(16)));
 #define PAIRS(n) ((vec_pairs){PAIR(n), PAIR(n + 1)})
-#define SIDE_BY_SIDE(n) load4(POINT(n))
+#define SIDE_BY_SIDE(n) nsdf_row4_load(POINT(n))
 #endif
 
 INLINE void transpose(const vec r[4], vec x[3]) {
@@ -247,10 +242,10 @@ INLINE void differentiate_lanes(const nsdf_block_loss *loss, vec d, vec *sum, ve
 /* Weights and values of W points that follow each other, and back. */
 INLINE void load_sums(const float (*sum)[2], vec *weight, vec *value) {
 #if W == 8
-    const vec a = __builtin_shufflevector(load4(sum[0]), load4(sum[4]), 0, 1, 2, 3, 4, 5, 6, 7);
-    const vec b = __builtin_shufflevector(load4(sum[2]), load4(sum[6]), 0, 1, 2, 3, 4, 5, 6, 7);
+    const vec a = __builtin_shufflevector(nsdf_row4_load(sum[0]), nsdf_row4_load(sum[4]), 0, 1, 2, 3, 4, 5, 6, 7);
+    const vec b = __builtin_shufflevector(nsdf_row4_load(sum[2]), nsdf_row4_load(sum[6]), 0, 1, 2, 3, 4, 5, 6, 7);
 #else
-    const vec a = load4(sum[0]), b = load4(sum[2]);
+    const vec a = nsdf_row4_load(sum[0]), b = nsdf_row4_load(sum[2]);
 #endif
     *weight = SHUFFLE(a, b, 0, 2, 4, 6);
     *value = SHUFFLE(a, b, 1, 3, 5, 7);

@@ -8,6 +8,8 @@
 
 #include <math.h>
 
+_Static_assert(NSDF_BONE_INFLUENCES == 4, "a block's bones are summed as four numbers at once");
+
 /* ---- Control points -------------------------------------------------------------------------------------- */
 
 nsdf_block_knots_at nsdf_block_find_knots(uint32_t knots, double u) {
@@ -45,8 +47,7 @@ static void blend_pose(const nsdf_block_frame *frame, const nsdf_block_model *m,
     for (size_t i = 0; i < NSDF_BONE_INFLUENCES; i++, f++) {
         const float(*b)[4] = (const float(*)[4])frame->columns[f->bone];
         const nsdf_row4 x = nsdf_row4_load(b[0]), y = nsdf_row4_load(b[1]), z = nsdf_row4_load(b[2]);
-        const nsdf_row4 centre =
-            nsdf_row4_load(b[3]) * f->lever[3] + x * f->lever[0] + y * f->lever[1] + z * f->lever[2];
+        const nsdf_row4 centre = nsdf_row4_load(b[3]) + x * f->lever[0] + y * f->lever[1] + z * f->lever[2];
         pose[0] += f->scaled * x;
         pose[1] += f->scaled * y;
         pose[2] += f->scaled * z;

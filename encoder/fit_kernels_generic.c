@@ -27,27 +27,23 @@ uint32_t nsdf_fit_kernels_list_short(const nsdf_fit_kernels *sets[NSDF_FIT_SHORT
     if (nsdf_fit_kernels_exact() != nsdf_fit_kernels_avx512() || !__builtin_cpu_supports("avx512bw") ||
         !__builtin_cpu_supports("avx512bf16"))
         return 0;
-    if (nsdf_fit_kernels_bf16())
-        sets[count++] = nsdf_fit_kernels_bf16();
-    if (nsdf_fit_kernels_amx())
-        sets[count++] = nsdf_fit_kernels_amx();
+    const nsdf_fit_kernels *const built[NSDF_FIT_SHORT_SETS] = {nsdf_fit_kernels_bf16(), nsdf_fit_kernels_amx()};
+    for (int i = 0; i < NSDF_FIT_SHORT_SETS; i++)
+        if (built[i])
+            sets[count++] = built[i];
 #else
     (void)sets;
 #endif
     return count;
 }
 
-/* Intel's processors do half as many products of bf16 as of single precision, unless they do them by tiles. */
-static int is_fast(const nsdf_fit_kernels *set) {
-#if defined(__x86_64__)
-    return set != nsdf_fit_kernels_bf16() || __builtin_cpu_is("amd");
-#else
-    return set != NULL;
-#endif
-}
-
 const nsdf_fit_kernels *nsdf_fit_kernels_select(void) {
+#if defined(__x86_64__)
     const nsdf_fit_kernels *sets[NSDF_FIT_SHORT_SETS];
     const uint32_t count = nsdf_fit_kernels_list_short(sets);
-    return count > 0 && is_fast(sets[count - 1]) ? sets[count - 1] : nsdf_fit_kernels_exact();
+    /* Intel's processors do half as many products of bf16 as of single precision, unless they do them by tiles. */
+    if (count > 0 && (sets[count - 1] != nsdf_fit_kernels_bf16() || __builtin_cpu_is("amd")))
+        return sets[count - 1];
+#endif
+    return nsdf_fit_kernels_exact();
 }

@@ -69,17 +69,13 @@ static void fill_uniform(const nsdf_sdf *sdf, const float low[3], const float hi
     }
 }
 
-/* A share of the surface's area. */
-typedef struct share {
-    size_t number, count;
-} share;
-
-/* A point of the share displaced by normal noise, inside the domain; returns how far it went. */
-static float draw_displaced(const nsdf_area_table *table, share part, const nsdf_sampler_params *params, float width,
-                            nsdf_random *random, float xyz[3]) {
+/* A point of one of `shares` parts of the surface displaced by normal noise, inside the domain; returns how far it
+ * went. */
+static float draw_displaced(const nsdf_area_table *table, size_t share, size_t shares,
+                            const nsdf_sampler_params *params, float width, nsdf_random *random, float xyz[3]) {
     float moved2 = 0.0f;
     for (int tries = 0; tries < MAX_TRIES; tries++) {
-        (void)nsdf_area_table_draw_share(table, part.number, part.count, random, xyz);
+        (void)nsdf_area_table_draw_share(table, share, shares, random, xyz);
         moved2 = 0.0f;
         for (int k = 0; k < 3; k++) {
             float step = width * nsdf_random_normal(random);
@@ -99,8 +95,7 @@ static void fill_displaced(const nsdf_sdf *sdf, const nsdf_area_table *table, co
                            float width, nsdf_random *random, nsdf_sample_set *set, size_t first, size_t end) {
     for (size_t i = first; i < end; i++) {
         float xyz[3];
-        const share part = {i - first, end - first};
-        const float moved = draw_displaced(table, part, params, width, random, xyz);
+        float moved = draw_displaced(table, i - first, end - first, params, width, random, xyz);
         store(set, i, xyz, nsdf_sdf_distance_below(sdf, xyz, moved));
     }
 }
@@ -112,11 +107,11 @@ static void part_ends(const nsdf_sampler_params *p, size_t ends[5]) {
         noise += (double)p->noise_share[i];
     }
     for (int i = 0; i < 5; i++) {
-        double part = i == 3 ? (double)p->frame_box_share : (double)p->domain_share;
+        double share = i == 3 ? (double)p->frame_box_share : (double)p->domain_share;
         if (i < 3) {
-            part = noise > 0.0 ? displaced * (double)p->noise_share[i] / noise : displaced / 3.0;
+            share = noise > 0.0 ? displaced * (double)p->noise_share[i] / noise : displaced / 3.0;
         }
-        sum += part;
+        sum += share;
         double end = floor(fmin(fmax(sum, 0.0), 1.0) * (double)p->count + 0.5);
         ends[i] = (size_t)end < p->count ? (size_t)end : p->count;
     }
