@@ -54,7 +54,8 @@ static void keep_stats(nsdf_decoder *decoder, uint32_t resolution, double compos
                                              composed,        s.search,
                                              s.corners,       s.triangles,
                                              s.vertices,      s.centres,
-                                             s.corner_points, s.vertex_points};
+                                             s.corner_points, s.vertex_points,
+                                             s.dropped_pieces};
 }
 
 /* The surface at time t; `storage` belongs to the account `memory`, which may be the handle's. */

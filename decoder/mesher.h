@@ -35,6 +35,7 @@ typedef struct nsdf_mesh_storage {
 typedef struct nsdf_mesher_stats {
     double search, corners, triangles, vertices; /* seconds */
     uint64_t centres, corner_points, vertex_points;
+    uint32_t dropped_pieces;
 } nsdf_mesher_stats;
 
 typedef struct nsdf_mesher nsdf_mesher; /* scratch memory, used again from frame to frame */

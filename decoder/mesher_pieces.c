@@ -88,13 +88,13 @@ static nsdf_status number_pieces(nsdf_mesher *mesher, uint32_t *piece, uint32_t 
     return NSDF_OK;
 }
 
-/* Whether any piece is to be left out. */
-static int drops_pieces(const nsdf_mesher *mesher, uint32_t count) {
+/* How many pieces are to be left out. */
+static uint32_t count_dropped(const nsdf_mesher *mesher, uint32_t count) {
     const piece_box *boxes = mesher->pieces.data;
+    uint32_t dropped = 0;
     for (uint32_t i = 0; i < count; i++)
-        if (!boxes[i].kept)
-            return 1;
-    return 0;
+        dropped += !boxes[i].kept;
+    return dropped;
 }
 
 /* ---- Moving up --------------------------------------------------------------------------------------------- */
@@ -141,7 +141,8 @@ nsdf_status nsdf_mesher_drop_pieces(nsdf_mesher *mesher) {
     status = unite_triangles(mesher, links);
     if (status == NSDF_OK)
         status = number_pieces(mesher, links, &count);
-    if (status == NSDF_OK && drops_pieces(mesher, count)) {
+    mesher->stats.dropped_pieces = status == NSDF_OK ? count_dropped(mesher, count) : 0;
+    if (mesher->stats.dropped_pieces > 0) {
         move_vertices(mesher, links);
         move_triangles(storage, links);
     }

@@ -15,6 +15,7 @@ typedef struct nsdf_check_job { /* shared by bound.c and verify.c */
     nsdf_progress_fn progress;
     void *progress_user;
     double start_time;
+    const nsdf_frames *all; /* of which `frames` may be a part: the input's pieces are theirs */
 } nsdf_check_job;
 
 /* For a network: evaluates the file's field on a dense grid at every frame, finds the smallest bound for which no cube

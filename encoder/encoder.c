@@ -3,6 +3,7 @@
 #include "block_mend.h"
 #include "block_stage.h"
 #include "bound.h"
+#include "check_time.h"
 #include "checkpoint.h"
 #include "container.h"
 #include "dataset.h"
@@ -12,8 +13,9 @@
 #include "rate_blocks.h"
 #include "rate_control.h"
 #include "rate_network.h"
-#include "verify.h"
+#include "verify_segment.h"
 
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -24,6 +26,11 @@ static const double least_cover = 0.85;
 
 /* Of a file whose surface is lost in some frames; an empty frame has 1. */
 static const double lost_error = 0.02;
+
+/* Within a time that was asked for, verification takes about this part of it, and looks at so many frames at least. */
+static const double verified_share = 0.15;
+enum { least_frames = 12 };
+static const double more_rounds = 1.3; /* of raising the bound, for all frames in place of a few */
 
 /* While verification finds stray pieces, fitting goes on a little, so many times at the most. */
 enum { MEND_ROUNDS = 3 };
@@ -64,6 +71,7 @@ typedef struct {
     double seconds_track, seconds_check; /* following the surface; coding and verifying, the last time */
     nsdf_sample_set *strays;             /* [frame]: what verification found */
     nsdf_coded_segment segment;
+    uint32_t verified;             /* frames that verification looks at; 0 = all */
     uint64_t size;                 /* asked for, 0 = none */
     nsdf_rate_blocks *rate_blocks; /* with a target, one of the two */
     nsdf_rate_network *rate_network;
@@ -205,29 +213,29 @@ static int uses_blocks(const run *r) {
     return e->options.blocks > 0;
 }
 
-/* When fitting should end for the run to take its time.  What follows it takes about twice as long as sampling did. */
+/* When fitting should end for the run to take its time.  What follows it takes 1.3 times as long as sampling did, of
+ * networks twice as long, without verification less. */
 static double fit_deadline(const run *r) {
     const nsdf_encoder *e = r->encoder;
-    const double reserve = (e->options.verify ? 2.0 : 0.7) * e->stats.seconds_sample;
+    const double reserve = (!e->options.verify ? 0.7 : uses_blocks(r) ? 1.3 : 2.0) * e->stats.seconds_sample;
     return e->options.time_budget > 0.0 ? r->start + e->options.time_budget - reserve : 0.0;
 }
 
 static nsdf_fit_job fit_job(run *r) {
-    nsdf_fit_job job = {&r->encoder->model,
-                        &r->encoder->options,
-                        r->dataset.sets,
-                        r->dataset.u,
-                        r->dataset.frame_count,
-                        &r->encoder->frames,
-                        &r->encoder->header,
-                        r->workers,
-                        r->progress,
-                        r->user,
-                        r->start,
-                        NULL,
-                        NULL,
-                        fit_deadline(r),
-                        r->is_tracked ? &r->tracked : NULL};
+    nsdf_encoder *e = r->encoder;
+    nsdf_fit_job job = {.model = &e->model,
+                        .options = &e->options,
+                        .samples = r->dataset.sets,
+                        .u = r->dataset.u,
+                        .frame_count = r->dataset.frame_count,
+                        .frames = &e->frames,
+                        .header = &e->header,
+                        .workers = r->workers,
+                        .progress = r->progress,
+                        .progress_user = r->user,
+                        .start_time = r->start,
+                        .deadline = fit_deadline(r),
+                        .tracked = r->is_tracked ? &r->tracked : NULL};
     return job;
 }
 
@@ -341,19 +349,6 @@ static nsdf_status fit_to_target(run *r) {
     return status == NSDF_OK ? fitted(r, 0) : status;
 }
 
-/* checkpoint: NULL for none. */
-static nsdf_status fit(run *r, nsdf_checkpoint *checkpoint) {
-    if (has_target(r))
-        return fit_to_target(r);
-    nsdf_fit_job job = fit_job(r);
-    job.checkpoint = checkpoint;
-    if (uses_blocks(r))
-        return fitted(r, nsdf_fit_blocks(&job, &r->encoder->blocks, &r->fit));
-    nsdf_random random = nsdf_random_start(r->encoder->options.seed, 1);
-    nsdf_model_initialise(&r->encoder->model, &random, r->encoder->parameters);
-    return fitted(r, nsdf_fit_run(&job, r->encoder->parameters, &r->fit));
-}
-
 static nsdf_status code(run *r) {
     const nsdf_encoder_options *o = &r->encoder->options;
     nsdf_quantise_params quantise = {o->weight_bits, 1};
@@ -371,6 +366,41 @@ static nsdf_status code(run *r) {
         nsdf_assemble_file(&r->encoder->header, &r->encoder->entry, &r->segment, NULL, &r->encoder->file) != 0)
         return nsdf_encoder_fail(r->error, NSDF_INTERNAL, "the parameters cannot be coded");
     return NSDF_OK;
+}
+
+/* When fitting a network should end, once it has a surface to time the check of.  Verification gets a part of the time
+ * only: where it would need more, some of the frames stand for all. */
+static double deadline_by_trial(void *user) {
+    run *r = user;
+    nsdf_encoder *e = r->encoder;
+    const nsdf_check_job job = {&e->shown, &e->header, &e->options, NULL, NULL, r->start, &e->frames};
+    const nsdf_quantise_params quantise = {e->options.weight_bits, 1};
+    const double budget = e->options.time_budget;
+    const uint32_t frames = e->shown.count;
+    nsdf_encoder_error ignored; /* what fails here will fail again, and then be told */
+    nsdf_check_time seconds = {0.0, 0.0};
+    nsdf_choose_quantisers(&e->model, &quantise, e->parameters);
+    if (code(r) != NSDF_OK || nsdf_time_check(&job, r->workers, &r->segment, &e->entry, &seconds, &ignored) != NSDF_OK)
+        return fit_deadline(r);
+    const double room = fmax(verified_share * budget / fmax(seconds.verify, 1e-9), (double)least_frames);
+    r->verified = room < (double)frames ? (uint32_t)room : frames;
+    return r->start + budget - more_rounds * seconds.bound * frames -
+           (e->options.verify ? seconds.verify * r->verified : 0.0);
+}
+
+/* checkpoint: NULL for none. */
+static nsdf_status fit(run *r, nsdf_checkpoint *checkpoint) {
+    if (has_target(r))
+        return fit_to_target(r);
+    nsdf_fit_job job = fit_job(r);
+    job.checkpoint = checkpoint;
+    if (uses_blocks(r))
+        return fitted(r, nsdf_fit_blocks(&job, &r->encoder->blocks, &r->fit));
+    job.try_rest = deadline_by_trial;
+    job.try_user = r;
+    nsdf_random random = nsdf_random_start(r->encoder->options.seed, 1);
+    nsdf_model_initialise(&r->encoder->model, &random, r->encoder->parameters);
+    return fitted(r, nsdf_fit_run(&job, r->encoder->parameters, &r->fit));
 }
 
 static void copy_quality(const nsdf_quality_record *q, nsdf_quality *out) {
@@ -397,22 +427,36 @@ static void forget_strays(run *r) {
  * file gets the bound that they need, and a little more for resolutions that were not tried. */
 static const double least_verified = 2.0, bound_margin = 1.05;
 
+/* Verifies all frames that are shown, or some that stand for them. */
+static nsdf_status verify_frames(run *r, const nsdf_check_job *job, nsdf_piece_report *pieces) {
+    nsdf_encoder *e = r->encoder;
+    const uint32_t count = r->verified ? r->verified : e->shown.count;
+    nsdf_frame *picked = malloc(count * sizeof *picked);
+    nsdf_sample_set *strays = calloc(count, sizeof *strays);
+    nsdf_status status = NSDF_NO_MEMORY;
+    if (picked && strays) {
+        const nsdf_frames some = nsdf_frames_pick(&e->shown, count, picked);
+        nsdf_check_job part = *job;
+        part.frames = &some;
+        status = nsdf_verify_segment(&part, r->workers, &r->segment, &e->entry, &e->quality, pieces, strays, r->error);
+    } else {
+        (void)nsdf_encoder_fail(r->error, status, "out of memory");
+    }
+    forget_strays(r);
+    for (uint32_t i = 0; picked && strays && i < count; i++)
+        r->strays[nsdf_frames_find(&e->frames, picked[i].number)] = strays[i];
+    free(strays);
+    free(picked);
+    return status;
+}
+
 static nsdf_status verify(run *r, const nsdf_check_job *job) {
     nsdf_encoder *e = r->encoder;
     const double bound = (double)e->header.extraction_bound;
     nsdf_piece_report pieces;
     if (e->blocks.values)
         e->header.extraction_bound = (float)fmax(bound, least_verified);
-    nsdf_sample_set *strays = r->strays + (e->shown.frames - e->frames.frames);
-    nsdf_status status = assemble(r, NULL);
-    if (status == NSDF_OK)
-        status = nsdf_verify_file(job, r->workers, &e->file, &e->quality, &pieces, strays, r->error);
-    if (status == NSDF_OK && nsdf_specks_can_go(&pieces, &e->frames, &e->options, &e->entry.smallest_piece)) {
-        forget_strays(r);
-        status = assemble(r, NULL);
-        if (status == NSDF_OK)
-            status = nsdf_verify_file(job, r->workers, &e->file, &e->quality, &pieces, strays, r->error);
-    }
+    const nsdf_status status = verify_frames(r, job, &pieces);
     if (status == NSDF_OK) {
         e->stats.stray_pieces = pieces.stray;
         e->header.extraction_bound = (float)fmax(bound, fmin(bound_margin * pieces.bound, NSDF_HIGHEST_BOUND));
@@ -423,7 +467,7 @@ static nsdf_status verify(run *r, const nsdf_check_job *job) {
 /* Finds the bound and, when verifying, the error. */
 static nsdf_status measure(run *r, double *seconds_bound) {
     nsdf_encoder *e = r->encoder;
-    nsdf_check_job job = {&e->shown, &e->header, &e->options, r->progress, r->user, r->start};
+    nsdf_check_job job = {&e->shown, &e->header, &e->options, r->progress, r->user, r->start, &e->frames};
     double began = nsdf_clock();
     nsdf_status status =
         nsdf_measure_bound(&job, &e->file, e->blocks.values != NULL, &e->header.extraction_bound, r->error);
@@ -545,11 +589,12 @@ static int target_met(const run *r) {
     return !(o->target_error > 0.0) || nsdf_mean_error(&e->stats.quality) <= o->target_error;
 }
 
-/* The encoder with its blocks and their file, while something else is tried in their place. */
+/* The encoder with its model and the file, while something else is tried in their place. */
 static nsdf_encoder set_aside(nsdf_encoder *e) {
     const nsdf_encoder kept = *e;
     memset(&e->file, 0, sizeof e->file);
     memset(&e->blocks, 0, sizeof e->blocks);
+    e->parameters = NULL;
     return kept;
 }
 
@@ -558,6 +603,7 @@ static void take_back(nsdf_encoder *e, const nsdf_encoder *kept) {
     const nsdf_encoder_stats tried = e->stats;
     nsdf_buffer_free(&e->file);
     nsdf_block_model_free(&e->blocks);
+    free(e->parameters);
     *e = *kept;
     e->stats.seconds_sample = tried.seconds_sample;
     e->stats.seconds_fit = tried.seconds_fit;
@@ -577,6 +623,7 @@ static int keep_better(run *r, nsdf_encoder *kept, nsdf_status status) {
     if (status == NSDF_OK && is_better(&e->stats, &kept->stats)) {
         nsdf_buffer_free(&kept->file);
         nsdf_block_model_free(&kept->blocks);
+        free(kept->parameters);
         return 1;
     }
     take_back(e, kept);
@@ -584,15 +631,25 @@ static int keep_better(run *r, nsdf_encoder *kept, nsdf_status status) {
     return 0;
 }
 
+/* A copy of the model that was set aside, to be mended. */
+static int copy_model(nsdf_encoder *e, const nsdf_encoder *kept) {
+    const size_t size = kept->model.parameter_count * sizeof *kept->parameters;
+    e->parameters = malloc(size);
+    if (!e->parameters)
+        return -1;
+    memcpy(e->parameters, kept->parameters, size);
+    return kept->blocks.values ? nsdf_block_model_copy(&e->blocks, &kept->blocks) : 0;
+}
+
+/* With a target, rate control judges. */
 static nsdf_status mend_better(run *r, int *better) {
     nsdf_encoder *e = r->encoder;
     *better = 1;
-    if (!e->blocks.values)
+    if (has_target(r))
         return mend(r);
     nsdf_encoder kept = set_aside(e);
-    const nsdf_status status = nsdf_block_model_copy(&e->blocks, &kept.blocks) == 0
-                                   ? mend(r)
-                                   : nsdf_encoder_fail(r->error, NSDF_NO_MEMORY, "out of memory");
+    const nsdf_status status =
+        copy_model(e, &kept) == 0 ? mend(r) : nsdf_encoder_fail(r->error, NSDF_NO_MEMORY, "out of memory");
     *better = keep_better(r, &kept, status);
     return status;
 }
@@ -632,7 +689,9 @@ static nsdf_status try_network(run *r, int whole) {
         (e->stats.stray_pieces <= e->shown.count && nsdf_mean_error(&e->stats.quality) <= lost_error))
         return NSDF_OK;
     nsdf_encoder kept = set_aside(e);
-    const nsdf_status status = fit_network_instead(r);
+    e->parameters = malloc(e->model.parameter_count * sizeof *e->parameters);
+    const nsdf_status status =
+        e->parameters ? fit_network_instead(r) : nsdf_encoder_fail(r->error, NSDF_NO_MEMORY, "out of memory");
     if (keep_better(r, &kept, status))
         e->stats.came_apart = 1;
     return status;

@@ -23,7 +23,11 @@ static const double least_d0 = 0.0025, most_d0 = 0.02;
 static const double rate_rise = 0.25;
 
 /* Short factors serve for this part of the steps; what they leave is settled in single precision. */
-static const double short_share = 0.7;
+static const double short_share = 0.8;
+static const double exact_by_short = 2.0; /* time of a step, about */
+
+/* When what follows the fit is tried, as a share of the steps: the surface is good enough, and plans are to come. */
+static const double trial_at = 0.5;
 
 /* So often are quantisers chosen before, for the rate of the parameters. */
 enum { QUANTISER_STEPS = 50 };
@@ -86,6 +90,7 @@ typedef struct {
     float *parameters;      /* that are fitted */
     double began;           /* nsdf_clock(), had there been no break */
     nsdf_time_budget budget;
+    int tried; /* what follows the fit */
     nsdf_fit_result *result;
 } state;
 
@@ -132,6 +137,8 @@ static int create_state(state *s, const nsdf_fit_job *job, float *parameters, ns
     nsdf_budget_start(&s->budget, job->deadline, o->steps);
     s->kernels = s->fastest = nsdf_fit_kernels_select();
     s->exact = nsdf_fit_kernels_exact();
+    if (s->fastest != s->exact)
+        nsdf_budget_expect(&s->budget, short_share, exact_by_short);
     s->loss = (nsdf_loss_params){o->loss, (float)o->loss_d0, (float)o->loss_delta, (float)o->loss_slope, 1.0f};
     s->random = nsdf_random_start(o->seed, 2);
     s->cursor = calloc(job->frame_count, sizeof *s->cursor);
@@ -336,6 +343,26 @@ static int find_strays(state *s, const float *parameters, uint32_t resolution, n
     return nsdf_find_strays(&search, &result->strays);
 }
 
+/* The search that is due; one like it follows the last step. */
+static int search(state *s, nsdf_fit_result *result) {
+    const double began = nsdf_clock();
+    const int failed = find_strays(s, s->active, searches[s->searched].resolution, result);
+    const double spent = nsdf_clock() - began;
+    nsdf_budget_pause(&s->budget, spent);
+    s->budget.deadline -= s->budget.deadline > 0.0 ? spent : 0.0;
+    return failed;
+}
+
+/* Leaves time for what follows, as it turns out now. */
+static void try_rest(state *s) {
+    const double began = nsdf_clock();
+    if (s->tried || !s->job->try_rest || !(s->budget.deadline > 0.0))
+        return;
+    s->tried = 1;
+    s->budget.deadline = s->job->try_rest(s->job->try_user);
+    nsdf_budget_pause(&s->budget, nsdf_clock() - began);
+}
+
 /* The step, of `steps`, from which on the batch sees rounded parameters. */
 static uint64_t rounding_start(const nsdf_encoder_options *o, uint64_t steps) {
     if (!is_rounded(o))
@@ -400,13 +427,14 @@ static int fit_steps(state *s, float *parameters, nsdf_fit_result *result) {
     nsdf_quantise_params quantise = {o->weight_bits, 0};
     double reported = nsdf_clock();
     for (uint64_t step = result->steps; step < s->budget.steps; step++) {
+        if ((double)step >= trial_at * (double)s->budget.steps)
+            try_rest(s);
         const uint64_t steps = nsdf_budget_plan(&s->budget, step, nsdf_clock());
         const uint64_t rounding_from = rounding_start(o, steps);
         if (step >= rounding_from && s->active != s->rounded)
             nsdf_choose_quantisers(s->job->model, &quantise, parameters);
         if (o->hard_samples && s->searched < SEARCHES && step > 0 &&
-            step >= (uint64_t)(searches[s->searched].at * (double)steps) &&
-            find_strays(s, s->active, searches[s->searched].resolution, result) != 0)
+            step >= (uint64_t)(searches[s->searched].at * (double)steps) && search(s, result) != 0)
             return -1;
         s->rate_share = fmin(1.0, (double)step / (rate_rise * (double)steps));
         s->kernels = (double)step < short_share * (double)steps ? s->fastest : s->exact;

@@ -38,6 +38,10 @@ typedef struct nsdf_fit_job {
     double deadline;                    /* nsdf_clock() when the last step should be made, instead of the options'
                                            number of steps; 0 = none */
     const struct nsdf_tracked *tracked; /* the surface, followed for options->blocks; NULL = not yet */
+    /* Of networks with a deadline, called once, after most of the steps: tries what follows the fit with the parameters
+     * as they are, and returns the deadline that leaves time for it.  NULL = what was guessed stays. */
+    double (*try_rest)(void *user);
+    void *try_user;
 } nsdf_fit_job;
 
 typedef struct nsdf_fit_result {

@@ -28,6 +28,15 @@ void nsdf_frames_free(nsdf_frames *frames) {
     memset(frames, 0, sizeof *frames);
 }
 
+nsdf_frames nsdf_frames_pick(const nsdf_frames *all, uint32_t count, nsdf_frame *picked) {
+    nsdf_frames some = *all;
+    some.frames = picked;
+    some.count = all->count < count ? all->count : count;
+    for (uint32_t i = 0; i < some.count; i++)
+        picked[i] = all->frames[(uint64_t)i * all->count / some.count];
+    return some;
+}
+
 /* ---- Adding --------------------------------------------------------------------------------------------- */
 
 static int grow(nsdf_frames *frames) {

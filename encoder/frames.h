@@ -31,6 +31,10 @@ typedef struct nsdf_frames {
 
 void nsdf_frames_free(nsdf_frames *frames);
 
+/* At most `count` of them, evenly spread from the first on, which tells the times of the others; they borrow the
+ * meshes, and picked[count]. */
+nsdf_frames nsdf_frames_pick(const nsdf_frames *all, uint32_t count, nsdf_frame *picked);
+
 /* Copies a mesh.  Fails with NSDF_INVALID_ARGUMENT (no triangle, NaN or too large a coordinate, index or number out of
  * range) or NSDF_NO_MEMORY; the message speaks of "frame N". */
 nsdf_status nsdf_frames_add(nsdf_frames *frames, uint32_t number, const nsdf_input_mesh *mesh,

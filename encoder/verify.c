@@ -1,7 +1,9 @@
 #include "verify.h"
 
 #include "bound_pieces.h"
+#include "decoded_surface.h"
 #include "fit.h"
+#include "lost_pieces.h"
 #include "surface_error.h"
 
 #include <math.h>
@@ -10,44 +12,24 @@
 
 enum { SAMPLES = 6000 }; /* surface points per frame and direction */
 static const float stray_distance = 1e-2f;
-/* A piece of this share of the input's smallest one is part of the surface, if badly fitted. */
-static const float true_share = 0.75f;
-/* Specks at other times than the frames', and at other resolutions, are a little larger. */
-static const float speck_margin = 1.1f;
-
 typedef struct {
     nsdf_mesh *mesh;
     nsdf_surface decoded; /* normalised copy */
     uint32_t *piece;      /* [its triangles] */
     uint32_t piece_count;
-    nsdf_distance_stats stats[2]; /* to decoded, to input */
-    nsdf_piece_report pieces;
+    uint32_t frame;
+    nsdf_frame_check check;
     int failed;
 } comparison;
 
 typedef struct {
     const nsdf_check_job *job;
-    nsdf_sample_set *strays; /* [frame] */
-    comparison *items;       /* [worker count] */
-    uint32_t first;          /* frame of items[0] */
+    nsdf_sample_set *strays;  /* [frame] */
+    nsdf_frame_check *checks; /* [frame] */
+    comparison *items;        /* [worker count] */
+    uint32_t next;            /* frame to be looked at */
+    float size;               /* of the file's smallest piece */
 } group;
-
-static int normalised_copy(const nsdf_file_header *header, const nsdf_mesh *mesh, nsdf_surface *out) {
-    nsdf_mesh_view view;
-    if (nsdf_mesh_get_view(mesh, &view) != NSDF_OK)
-        return -1;
-    nsdf_surface s = {malloc(3 * sizeof(float) * ((size_t)view.vertex_count + 1)),
-                      malloc(3 * sizeof(uint32_t) * ((size_t)view.triangle_count + 1)), view.vertex_count,
-                      view.triangle_count};
-    *out = s;
-    if (!s.positions || !s.indices)
-        return -1;
-    for (size_t i = 0; i < 3 * (size_t)view.vertex_count; i++)
-        s.positions[i] = (float)(((double)view.positions[i] - header->centre[i % 3]) / header->scale);
-    if (view.triangle_count)
-        memcpy(s.indices, view.indices, 3 * sizeof(uint32_t) * view.triangle_count);
-    return 0;
-}
 
 /* Which vertices of a decoded surface are astray, found when it is asked for. */
 typedef struct {
@@ -125,9 +107,9 @@ static int collect_strays(const astray *a, const uint32_t *piece, const uint8_t 
     return failed ? -1 : 0;
 }
 
-/* Adds the pieces of a decoded frame to a report. */
 static int report_pieces(const nsdf_surface *decoded, const uint32_t *piece, const uint8_t *stray, uint32_t count,
-                         nsdf_piece_report *report) {
+                         nsdf_frame_check *check) {
+    nsdf_piece_report *report = &check->pieces;
     float *size = malloc(count * sizeof *size);
     if (!size || nsdf_piece_sizes(decoded, piece, count, size) != 0) {
         free(size);
@@ -139,6 +121,7 @@ static int report_pieces(const nsdf_surface *decoded, const uint32_t *piece, con
             report->largest_stray = fmaxf(report->largest_stray, size[p]);
         else
             report->smallest_true = fminf(report->smallest_true, size[p]);
+        check->smallest = fminf(check->smallest, size[p]);
     }
     free(size);
     return 0;
@@ -155,8 +138,8 @@ static int find_strays(comparison *c, const nsdf_sdf *input, const nsdf_frame *f
     c->piece_count = pieces > 0 ? (uint32_t)pieces : 0;
     if (stray && a.answers) {
         failed = mark_strays(&a, c->piece, c->piece_count, stray) != 0 ||
-                 report_pieces(decoded, c->piece, stray, c->piece_count, &c->pieces) != 0;
-        if (!failed && (blocks || c->pieces.stray))
+                 report_pieces(decoded, c->piece, stray, c->piece_count, &c->check) != 0;
+        if (!failed && (blocks || c->check.pieces.stray))
             failed = collect_strays(&a, c->piece, stray, blocks, frame, set) != 0;
     }
     free(a.answers);
@@ -171,132 +154,199 @@ static void forget_frame(comparison *c) {
     c->piece_count = 0;
 }
 
+static void note_distances(nsdf_frame_check *check, int side, const nsdf_distance_stats *stats) {
+    const double n = stats->count ? (double)stats->count : 1.0;
+    check->mean[side] = stats->sum / n;
+    check->mean_square[side] = stats->sum_squares / n;
+    check->max[side] = stats->max;
+}
+
+static int measure_distances(comparison *c, const nsdf_surface *input_surface, const nsdf_sdf *input, uint64_t seed,
+                             uint64_t stream) {
+    nsdf_sdf *decoded = nsdf_sdf_create_unsigned(&c->decoded);
+    nsdf_random random = nsdf_random_start(seed, stream);
+    nsdf_distance_stats stats[2];
+    memset(stats, 0, sizeof stats);
+    const int failed = !decoded ||
+                       nsdf_add_surface_distances(input_surface, decoded, SAMPLES, &random, &stats[0]) != 0 ||
+                       nsdf_add_surface_distances(&c->decoded, input, SAMPLES, &random, &stats[1]) != 0;
+    for (int side = 0; side < 2; side++)
+        note_distances(&c->check, side, &stats[side]);
+    nsdf_sdf_free(decoded);
+    return failed;
+}
+
 /* An empty decoded frame is as far away as the domain is large. */
-static void missing(comparison *c) {
-    c->stats[0] = (nsdf_distance_stats){1.0, 1.0, 1.0, 1};
-    c->stats[1] = c->stats[0];
+static void note_missing(nsdf_frame_check *check) {
+    for (int side = 0; side < 2; side++)
+        check->mean[side] = check->mean_square[side] = check->max[side] = 1.0;
 }
 
 static void compare_one(void *data, uint32_t index, uint32_t worker) {
     group *g = data;
     comparison *c = &g->items[index];
-    const nsdf_frame *frame = &g->job->frames->frames[g->first + index];
+    const nsdf_frame *frame = &g->job->frames->frames[c->frame];
     (void)worker;
-    c->failed = 1;
-    memset(c->stats, 0, sizeof c->stats);
-    c->pieces = (nsdf_piece_report){0, 0.0f, INFINITY, 0.0};
-    if (normalised_copy(g->job->header, c->mesh, &c->decoded) == 0) {
-        nsdf_sdf *input = nsdf_sdf_create_unsigned(&frame->surface);
-        nsdf_sdf *decoded = c->decoded.triangle_count ? nsdf_sdf_create_unsigned(&c->decoded) : NULL;
-        nsdf_random random = nsdf_random_start(g->job->options->seed, 0x100000000u + frame->number);
-        if (c->decoded.triangle_count == 0) {
-            missing(c);
-            c->failed = 0;
-        } else if (input && decoded) {
-            c->failed = nsdf_add_surface_distances(&frame->surface, decoded, SAMPLES, &random, &c->stats[0]) != 0 ||
-                        nsdf_add_surface_distances(&c->decoded, input, SAMPLES, &random, &c->stats[1]) != 0 ||
-                        find_strays(c, input, frame, g->job->options->blocks > 0, &g->strays[g->first + index]) != 0;
-        }
-        nsdf_sdf_free(input);
-        nsdf_sdf_free(decoded);
+    nsdf_sample_set_free(&g->strays[c->frame]);
+    c->failed = nsdf_decoded_surface(g->job->header, c->mesh, &c->decoded) != 0;
+    if (c->failed)
+        return;
+    if (c->decoded.triangle_count == 0) {
+        note_missing(&c->check);
+        return;
     }
+    nsdf_sdf *input = nsdf_sdf_create_unsigned(&frame->surface);
+    c->failed = !input ||
+                measure_distances(c, &frame->surface, input, g->job->options->seed, 0x100000000u + frame->number) ||
+                find_strays(c, input, frame, g->job->options->blocks > 0, &g->strays[c->frame]) != 0;
+    nsdf_sdf_free(input);
 }
 
-static void add_to_quality(const comparison *c, nsdf_quality_record *q) {
-    for (int k = 0; k < 2; k++) {
-        double n = c->stats[k].count ? (double)c->stats[k].count : 1.0;
-        q->mean[k] += c->stats[k].sum / n;
-        q->rms[k] += c->stats[k].sum_squares / n;
-        q->max[k] = fmax(q->max[k], c->stats[k].max);
-    }
-    q->frames++;
+/* ---- Frames ------------------------------------------------------------------------------------------------ */
+
+/* Pieces are measured before vertices move onto the surface, which this allows for. */
+static const float size_margin = 1.2f;
+
+static bool still_holds(const nsdf_frame_check *check, float size) {
+    if (!check->is_done)
+        return false;
+    return size > check->size ? check->smallest > size_margin * size : !(size < check->size) || check->dropped == 0;
 }
 
-static nsdf_status time_of(const group *g, nsdf_decoder *decoder, uint32_t i, double *t) {
+static nsdf_status time_of(const group *g, nsdf_decoder *decoder, uint32_t frame, double *t) {
     const nsdf_frames *frames = g->job->frames;
-    return nsdf_frame_time(decoder, frames->frames[g->first + i].number - frames->frames[0].number, t);
+    return nsdf_frame_time(decoder, frames->frames[frame].number - frames->frames[0].number, t);
 }
 
-static nsdf_status find_bound(const group *g, nsdf_decoder *decoder, uint32_t i, double *bound) {
-    const comparison *c = &g->items[i];
+static nsdf_status decode(const group *g, nsdf_decoder *decoder, comparison *c) {
+    nsdf_extraction_stats done;
     double t = 0.0;
-    const nsdf_status status = time_of(g, decoder, i, &t);
-    return status == NSDF_OK
-               ? nsdf_bound_of_pieces(decoder, t, g->job->header, &c->decoded, c->piece, c->piece_count, bound)
-               : status;
+    c->check = (nsdf_frame_check){.pieces = {0, 0.0f, INFINITY, INFINITY, 0.0}, .smallest = INFINITY, .size = g->size};
+    nsdf_status status = time_of(g, decoder, c->frame, &t);
+    if (status == NSDF_OK)
+        status = nsdf_extract_mesh(decoder, t, NULL, &c->mesh);
+    if (status == NSDF_OK)
+        status = nsdf_get_extraction_stats(decoder, &done);
+    if (status == NSDF_OK)
+        c->check.dropped = done.dropped_pieces;
+    return status;
 }
 
-static void add_to_report(const nsdf_piece_report *found, nsdf_piece_report *report) {
-    report->stray += found->stray;
-    report->largest_stray = fmaxf(report->largest_stray, found->largest_stray);
-    report->smallest_true = fminf(report->smallest_true, found->smallest_true);
+/* The bound that the pieces need, and whether what the decoder left out belongs to the surface; the latter only where
+ * much of it is missing. */
+static nsdf_status look_at_pieces(const group *g, nsdf_decoder *decoder, comparison *c) {
+    const nsdf_file_header *header = g->job->header;
+    nsdf_piece_report *pieces = &c->check.pieces;
+    double t = 0.0;
+    nsdf_status status = time_of(g, decoder, c->frame, &t);
+    if (status == NSDF_OK)
+        status = nsdf_bound_of_pieces(decoder, t, header, &c->decoded, c->piece, c->piece_count, &pieces->bound);
+    if (status == NSDF_OK && c->check.dropped > 0 && c->check.max[0] > (double)NSDF_LEAST_LOST)
+        status = nsdf_find_lost_pieces(decoder, t, header, &g->job->frames->frames[c->frame].surface,
+                                       &pieces->smallest_lost);
+    return status;
 }
 
-static nsdf_status fail_at(const group *g, uint32_t i, nsdf_status status, nsdf_encoder_error *error) {
-    return nsdf_encoder_fail(error, status, "verify: frame %u: %s", g->job->frames->frames[g->first + i].number,
+static nsdf_status fail_at(const group *g, uint32_t frame, nsdf_status status, nsdf_encoder_error *error) {
+    return nsdf_encoder_fail(error, status, "verify: frame %u: %s", g->job->frames->frames[frame].number,
                              nsdf_status_string(status));
 }
 
 static nsdf_status verify_group(group *g, nsdf_decoder *decoder, nsdf_workers *workers, uint32_t count,
-                                nsdf_quality_record *quality, nsdf_piece_report *pieces, nsdf_encoder_error *error) {
+                                nsdf_encoder_error *error) {
     for (uint32_t i = 0; i < count; i++) {
-        double t = 0.0;
-        nsdf_status status = time_of(g, decoder, i, &t);
-        if (status == NSDF_OK)
-            status = nsdf_extract_mesh(decoder, t, NULL, &g->items[i].mesh);
+        const nsdf_status status = decode(g, decoder, &g->items[i]);
         if (status != NSDF_OK)
-            return fail_at(g, i, status, error);
+            return fail_at(g, g->items[i].frame, status, error);
     }
     nsdf_workers_run(workers, count, compare_one, g);
     nsdf_status status = NSDF_OK;
     for (uint32_t i = 0; i < count; i++) {
+        comparison *c = &g->items[i];
         if (status == NSDF_OK)
-            status = g->items[i].failed ? NSDF_NO_MEMORY : find_bound(g, decoder, i, &pieces->bound);
+            status = c->failed ? NSDF_NO_MEMORY : look_at_pieces(g, decoder, c);
         if (status != NSDF_OK)
-            (void)fail_at(g, i, status, error);
-        add_to_quality(&g->items[i], quality);
-        add_to_report(&g->items[i].pieces, pieces);
-        forget_frame(&g->items[i]);
+            (void)fail_at(g, c->frame, status, error);
+        c->check.is_done = status == NSDF_OK;
+        g->checks[c->frame] = c->check;
+        forget_frame(c);
     }
     return status;
 }
 
-bool nsdf_specks_can_go(const nsdf_piece_report *pieces, const nsdf_frames *frames, const nsdf_encoder_options *options,
-                        float *size) {
-    const float least = pieces->largest_stray * speck_margin;
-    const float most = fminf(pieces->smallest_true, true_share * nsdf_frames_smallest_piece(frames));
-    if (options->smallest_piece >= 0.0 || pieces->stray == 0 || !(least < most))
-        return false;
-    *size = least;
-    return true;
+/* The next frames that have to be verified, at most `most`, and with the last of them what is left. */
+static uint32_t take_group(group *g, uint32_t most) {
+    uint32_t count = 0;
+    for (; g->next < g->job->frames->count; g->next++) {
+        if (still_holds(&g->checks[g->next], g->size))
+            continue;
+        if (count == most)
+            break;
+        g->items[count++].frame = g->next;
+    }
+    return count;
+}
+
+static nsdf_status verify_all(group *g, nsdf_decoder *decoder, nsdf_workers *workers, nsdf_encoder_error *error) {
+    const uint32_t frames = g->job->frames->count;
+    const double began = nsdf_clock();
+    nsdf_status status = NSDF_OK;
+    for (uint32_t n; status == NSDF_OK && (n = take_group(g, nsdf_workers_count(workers))) > 0;) {
+        status = verify_group(g, decoder, workers, n, error);
+        if (status == NSDF_OK && nsdf_check_progress(g->job, NSDF_STAGE_VERIFY, began, g->next, frames))
+            status = nsdf_encoder_fail(error, NSDF_CANCELLED, "cancelled");
+    }
+    return status;
 }
 
 nsdf_status nsdf_verify_file(const nsdf_check_job *job, nsdf_workers *workers, const nsdf_buffer *file,
-                             nsdf_quality_record *quality, nsdf_piece_report *pieces, nsdf_sample_set *strays,
-                             nsdf_encoder_error *error) {
-    uint32_t count = job->frames->count, stretch = nsdf_workers_count(workers);
+                             nsdf_frame_check *checks, nsdf_sample_set *strays, nsdf_encoder_error *error) {
+    const uint32_t stretch = nsdf_workers_count(workers);
     nsdf_decoder *decoder = NULL;
-    group g = {job, strays, calloc(stretch, sizeof *g.items), 0};
+    nsdf_info info;
+    group g = {job, strays, checks, calloc(stretch, sizeof *g.items), 0, 0.0f};
     nsdf_status status = g.items ? nsdf_open_memory(&decoder, file->data, file->size, NULL, NULL) : NSDF_NO_MEMORY;
-    double began = nsdf_clock();
-    memset(quality, 0, sizeof *quality);
-    *pieces = (nsdf_piece_report){0, 0.0f, INFINITY, 0.0};
-    if (status != NSDF_OK)
+    if (status == NSDF_OK)
+        status = nsdf_get_info(decoder, &info);
+    if (status == NSDF_OK) {
+        g.size = (float)(info.smallest_piece / info.diagonal);
+        status = verify_all(&g, decoder, workers, error);
+    } else {
         (void)nsdf_encoder_fail(error, status, "verify: %s", nsdf_status_string(status));
-    for (; status == NSDF_OK && g.first < count; g.first += stretch) {
-        uint32_t n = count - g.first < stretch ? count - g.first : stretch;
-        status = verify_group(&g, decoder, workers, n, quality, pieces, error);
-        if (status == NSDF_OK && nsdf_check_progress(job, NSDF_STAGE_VERIFY, began, g.first + n, count))
-            status = nsdf_encoder_fail(error, NSDF_CANCELLED, "cancelled");
     }
-    for (int k = 0; k < 2 && quality->frames; k++) {
-        quality->mean[k] /= quality->frames;
-        quality->rms[k] = sqrt(quality->rms[k] / quality->frames);
-    }
-    quality->resolution = job->options->resolution;
     for (uint32_t i = 0; g.items && i < stretch; i++)
         nsdf_mesh_free(&g.items[i].mesh);
     free(g.items);
     nsdf_close(&decoder);
     return status;
+}
+
+/* ---- All frames together ----------------------------------------------------------------------------------- */
+
+nsdf_quality_record nsdf_quality_of_checks(const nsdf_frame_check *checks, uint32_t frames, uint32_t resolution) {
+    nsdf_quality_record q = {.resolution = resolution, .frames = frames};
+    for (uint32_t f = 0; f < frames; f++)
+        for (int side = 0; side < 2; side++) {
+            q.mean[side] += checks[f].mean[side];
+            q.rms[side] += checks[f].mean_square[side];
+            q.max[side] = fmax(q.max[side], checks[f].max[side]);
+        }
+    for (int side = 0; side < 2 && frames > 0; side++) {
+        q.mean[side] /= frames;
+        q.rms[side] = sqrt(q.rms[side] / frames);
+    }
+    return q;
+}
+
+nsdf_piece_report nsdf_pieces_of_checks(const nsdf_frame_check *checks, uint32_t frames) {
+    nsdf_piece_report all = {0, 0.0f, INFINITY, INFINITY, 0.0};
+    for (uint32_t f = 0; f < frames; f++) {
+        const nsdf_piece_report *one = &checks[f].pieces;
+        all.stray += one->stray;
+        all.largest_stray = fmaxf(all.largest_stray, one->largest_stray);
+        all.smallest_true = fminf(all.smallest_true, one->smallest_true);
+        all.smallest_lost = fminf(all.smallest_lost, one->smallest_lost);
+        all.bound = fmax(all.bound, one->bound);
+    }
+    return all;
 }

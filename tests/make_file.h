@@ -176,11 +176,10 @@ static inline void make_segment(made_file *file, uint32_t index, int shape, nsdf
     make_segment_of(file, index, random, payload);
 }
 
-/* Puts the file together and frees the payloads. */
-static inline void make_container(made_file *file, uint32_t segments, nsdf_buffer *payloads) {
+/* Puts the file, whose header is set, together and frees the payloads. */
+static inline void make_container_with_header(made_file *file, uint32_t segments, nsdf_buffer *payloads) {
     nsdf_buffer metadata = {NULL, 0, 0, 0}, out = {NULL, 0, 0, 0};
     const nsdf_quality_record quality = {{1e-4, 2e-4}, {3e-4, 4e-4}, {5e-4, 6e-4}, 128, segments * 4 + 1};
-    make_header(&file->header, segments * 4 + 1, segments);
     nsdf_write_metadata(&metadata, "title", "small");
     nsdf_write_metadata(&metadata, "empty", "");
     nsdf_file_parts parts = {file->header, payloads, file->entries, &metadata, &quality, NULL, 0};
@@ -195,6 +194,11 @@ static inline void make_container(made_file *file, uint32_t segments, nsdf_buffe
     memcpy(file->data, out.data, out.size);
     file->size = out.size;
     nsdf_buffer_free(&out);
+}
+
+static inline void make_container(made_file *file, uint32_t segments, nsdf_buffer *payloads) {
+    make_header(&file->header, segments * 4 + 1, segments);
+    make_container_with_header(file, segments, payloads);
 }
 
 /* A file of `segments` segments of four frame steps each; shapes and entropy back ends take turns from `shape` and

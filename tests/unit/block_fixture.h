@@ -141,8 +141,13 @@ static inline void make_fit(fit_fixture *f, fixture *x, uint64_t steps) {
         assert_int_equal(nsdf_sample_frame(sdf, &x->frames.frames[i].surface, &params, &random, &f->sets[i]), 0);
         nsdf_sdf_free(sdf);
     }
-    f->job = (nsdf_fit_job){NULL, &f->options, f->sets, x->u, SAMPLE_FRAMES, &x->frames, &f->header, x->workers,
-                            NULL, NULL,        0.0,     NULL, NULL,          0.0,        NULL};
+    f->job = (nsdf_fit_job){.options = &f->options,
+                            .samples = f->sets,
+                            .u = x->u,
+                            .frame_count = SAMPLE_FRAMES,
+                            .frames = &x->frames,
+                            .header = &f->header,
+                            .workers = x->workers};
 }
 
 static inline void free_fit(fit_fixture *f) {

@@ -343,6 +343,7 @@ static void test_what_was_done_and_held_is_reported(void **state) {
     assert_int_equal(stats.resolution, file.header.default_resolution);
     assert_int_equal(stats.threads, 2);
     assert_true(stats.centres > 0 && stats.corner_points > 0 && stats.vertex_points > 0);
+    assert_int_equal(stats.dropped_pieces, 0);
     assert_int_equal(nsdf_get_memory_use(decoder, &after), NSDF_OK);
     assert_true(after.held > before.held);
     assert_true(after.most >= after.held + 36 * (uint64_t)view.vertex_count);

@@ -61,6 +61,65 @@ static void test_steps_fill_the_time(void **state) {
     assert_true(end > 195.0 && end < 217.0);
 }
 
+/* As networks, whose steps from 0.6 on take `by` times as long. */
+static double run_late(nsdf_time_budget *b, double by, uint64_t *steps) {
+    double now = 100.0;
+    uint64_t done = 0;
+    for (int late = 0; done < nsdf_budget_plan(b, done, now); done++) {
+        late |= (double)done >= 0.6 * (double)b->steps;
+        now += late ? 0.01 * by : 0.01;
+    }
+    *steps = done;
+    return now;
+}
+
+/* Whether or not by as much as was expected. */
+static void test_steps_that_become_slower_near_the_end_are_seen(void **state) {
+    const double by[] = {1.5, 1.2, 1.9};
+    uint64_t steps;
+    (void)state;
+    for (int i = 0; i < 3; i++) {
+        nsdf_time_budget b;
+        nsdf_budget_start(&b, 200.0, 10000);
+        nsdf_budget_expect(&b, 0.6, 1.5);
+        const double end = run_late(&b, by[i], &steps);
+        assert_true(end > 199.0 && end < 201.0);
+        assert_true(i > 0 || (steps > 8300 && steps < 8350)); /* 10000 / (0.6 + 0.4 * 1.5) */
+    }
+}
+
+static void test_what_no_step_took_does_not_count(void **state) {
+    nsdf_time_budget b;
+    double now = 100.0;
+    uint64_t done = 0;
+    (void)state;
+    nsdf_budget_start(&b, 200.0, 10000);
+    while (done < nsdf_budget_plan(&b, done, now)) {
+        now += 0.01;
+        if (++done == 2000) {
+            now += 15.0;
+            nsdf_budget_pause(&b, 15.0);
+        }
+    }
+    assert_true(now > 199.9 && now < 200.1);
+    assert_int_equal(done, 8500);
+}
+
+/* What is left when the time is shorter than it was is enough for schedules to come to their end. */
+static void test_a_fifth_of_the_steps_is_left(void **state) {
+    nsdf_time_budget b;
+    double now = 100.0;
+    uint64_t done = 0;
+    (void)state;
+    nsdf_budget_start(&b, 200.0, 10000);
+    while (done < nsdf_budget_plan(&b, done, now)) {
+        now += 0.01;
+        if (++done == 4000)
+            b.deadline = 110.0;
+    }
+    assert_true(done >= 6250 && done <= 6251);
+}
+
 static void test_a_time_that_has_passed_gives_few_steps(void **state) {
     nsdf_time_budget b;
     uint64_t steps;
@@ -74,6 +133,9 @@ int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_without_a_deadline_nothing_changes),
         cmocka_unit_test(test_steps_fill_the_time),
+        cmocka_unit_test(test_steps_that_become_slower_near_the_end_are_seen),
+        cmocka_unit_test(test_what_no_step_took_does_not_count),
+        cmocka_unit_test(test_a_fifth_of_the_steps_is_left),
         cmocka_unit_test(test_a_time_that_has_passed_gives_few_steps),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

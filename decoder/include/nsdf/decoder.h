@@ -301,6 +301,7 @@ typedef struct nsdf_extraction_stats {
                                                              pieces; Newton steps and normals */
     uint64_t centres, corner_points, vertex_points; /* points evaluated: centres of cubes in the search, corners, and
                                                        for vertices, value and gradient each counted once */
+    uint32_t dropped_pieces; /* pieces left out since they are smaller than the file says that any is */
 } nsdf_extraction_stats;
 
 NSDF_API NSDF_MUST_USE nsdf_status nsdf_get_extraction_stats(const nsdf_decoder *decoder, nsdf_extraction_stats *stats);

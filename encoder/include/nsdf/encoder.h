@@ -133,7 +133,8 @@ typedef struct nsdf_encoder_options {
     uint32_t resolution;   /* stored default resolution; default 0: 192, or more as sheets need */
     double smallest_piece; /* stored: decoders leave out pieces of the surface whose box has a shorter diagonal;
                               fraction of the diagonal, up to 1; 0 = none; default -1: half the smallest piece of the
-                              input, at most 1/8, or more where verification finds larger pieces astray */
+                              input, at most 1/8, or more where verification finds larger pieces astray, or less
+                              where it finds that parts of the surface would be left out */
     int verify;            /* decode the file, measure and store its error; default on */
     /* Rate control: at most one of them, with the aware quantiser and NSDF_CODER_RANGE only.  Blocks, bones, quantiser
      * steps and motion_rate (of a network: width and weight_bits) then are where the search begins.  A target takes up
