@@ -21,7 +21,7 @@ static const double least_gain = 0.95;                       /* of the error, by
 static const double least_coarser = 0.25, least_finer = 0.1; /* of the level, to be worth another fit */
 static const double nearer = 0.99;                           /* of errors that miss, worth more bytes */
 static const double least_fall = 0.97, much_finer = 0.3;     /* of the error by such a factor, or it is of no use */
-enum { MOST_TUNES = 9, MOST_REFITS = 2, MOST_CHECKS = 5, MOST_MENDS = 3, PATIENCE = 3 };
+enum { MOST_TUNES = 9, TUNES_PER_CHECK = 2, MOST_REFITS = 2, MOST_CHECKS = 5, MOST_MENDS = 3, PATIENCE = 3 };
 
 void nsdf_error_search_init(nsdf_error_search *s, nsdf_rate_model *m) {
     memset(s, 0, sizeof *s);
@@ -67,10 +67,15 @@ static double expected(const nsdf_error_search *s) {
     return s->m->now.quick * s->whole_by_quick / s->m->base.target_error;
 }
 
-/* Errors of rounds scatter: one that will do is not forgotten for those that follow. */
+/* Errors of rounds scatter: one that will do is not forgotten for those that follow, nor one that will surely do for
+ * one that verification may refuse. */
 static nsdf_status hold(nsdf_error_search *s) {
-    if (expected(s) > 1.0 || (s->held.blocks.values && s->held.state.bytes <= s->m->now.bytes))
+    const double ratio = expected(s);
+    const int is_sure = ratio <= quick_margin, held = s->held.blocks.values != NULL;
+    if (ratio > 1.0 || (held && s->held_is_sure > is_sure) ||
+        (held && s->held_is_sure == is_sure && s->held.state.bytes <= s->m->now.bytes))
         return NSDF_OK;
+    s->held_is_sure = is_sure;
     s->held_fit = s->fit;
     s->held_trials = s->trials;
     return nsdf_rate_copy_model(&s->held, s->m) == 0 ? NSDF_OK : nsdf_rate_no_memory(s->m);
@@ -186,7 +191,7 @@ static nsdf_status one_round(nsdf_error_search *s, int *done) {
         take_held(s);
         return hold(s);
     }
-    *done = s->tunes >= MOST_TUNES || fabs(x - s->m->now.x) < 1e-9 || is_of_no_use(s);
+    *done = s->tunes >= MOST_TUNES + TUNES_PER_CHECK * s->checks || fabs(x - s->m->now.x) < 1e-9 || is_of_no_use(s);
     if (*done)
         return NSDF_OK;
     s->tunes++;

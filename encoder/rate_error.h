@@ -16,6 +16,7 @@ typedef struct nsdf_error_search {
     uint32_t mends;      /* rounds with samples of the pieces astray that verification found */
     uint64_t verified;   /* m->steps when it did */
     uint32_t held_fit;
+    int held_is_sure;             /* verification will hardly refuse it */
     nsdf_rate_trials held_trials; /* of that fit */
     nsdf_rate_copy best; /* of those that were verified: with the error and the fewest bytes, or nearest to it */
     double best_error;
