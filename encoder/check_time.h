@@ -7,7 +7,7 @@
 #include "workers.h"
 
 typedef struct nsdf_check_time {
-    double bound, verify; /* seconds a frame */
+    double bound, verify; /* seconds a frame; next to nothing for what the options leave out */
 } nsdf_check_time;
 
 /* With the network that `segment` holds; `entry` as in nsdf_assemble_file.  The job's progress is not called. */

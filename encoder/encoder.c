@@ -384,8 +384,7 @@ static double deadline_by_trial(void *user) {
         return fit_deadline(r);
     const double room = fmax(verified_share * budget / fmax(seconds.verify, 1e-9), (double)least_frames);
     r->verified = room < (double)frames ? (uint32_t)room : frames;
-    return r->start + budget - more_rounds * seconds.bound * frames -
-           (e->options.verify ? seconds.verify * r->verified : 0.0);
+    return r->start + budget - more_rounds * seconds.bound * frames - seconds.verify * r->verified;
 }
 
 /* checkpoint: NULL for none. */

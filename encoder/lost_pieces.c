@@ -7,9 +7,7 @@
 #include <math.h>
 #include <stdlib.h>
 
-static const float at_surface = 0.01f;
-
-/* Vertices of each piece's triangles, and those at the input's surface. */
+/* Vertices of a piece's triangles, and those that are not astray. */
 typedef struct {
     uint32_t all, near;
 } tally;
@@ -21,8 +19,8 @@ static void count_near(const nsdf_surface *decoded, const uint32_t *piece, const
         if (size[piece[i]] < NSDF_LEAST_LOST)
             continue;
         of->all++;
-        of->near +=
-            nsdf_sdf_is_within(input, decoded->positions + 3 * (size_t)decoded->indices[3 * (size_t)i], at_surface);
+        of->near += nsdf_sdf_is_within(input, decoded->positions + 3 * (size_t)decoded->indices[3 * (size_t)i],
+                                       NSDF_STRAY_DISTANCE);
     }
 }
 

@@ -11,13 +11,13 @@
 #include <string.h>
 
 enum { SAMPLES = 6000 }; /* surface points per frame and direction */
-static const float stray_distance = 1e-2f;
 typedef struct {
     nsdf_mesh *mesh;
     nsdf_surface decoded; /* normalised copy */
     uint32_t *piece;      /* [its triangles] */
     uint32_t piece_count;
     uint32_t frame;
+    double time; /* of the frame, seconds */
     nsdf_frame_check check;
     int failed;
 } comparison;
@@ -45,7 +45,7 @@ static int is_stray(const astray *a, uint32_t triangle) {
     const uint32_t v = a->decoded->indices[3 * (size_t)triangle];
     const float *point = a->decoded->positions + 3 * (size_t)v;
     if (!a->answers[v])
-        a->answers[v] = nsdf_sdf_is_within(a->input, point, stray_distance) ? NEAR_INPUT : ASTRAY;
+        a->answers[v] = nsdf_sdf_is_within(a->input, point, NSDF_STRAY_DISTANCE) ? NEAR_INPUT : ASTRAY;
     return a->answers[v] == ASTRAY;
 }
 
@@ -207,24 +207,20 @@ static void compare_one(void *data, uint32_t index, uint32_t worker) {
 /* Pieces are measured before vertices move onto the surface, which this allows for. */
 static const float size_margin = 1.2f;
 
+/* A larger size may take more pieces away, a smaller one brings some back. */
 static bool still_holds(const nsdf_frame_check *check, float size) {
-    if (!check->is_done)
+    if (!check->is_done || (size > check->size && !(check->smallest > size_margin * size)))
         return false;
-    return size > check->size ? check->smallest > size_margin * size : !(size < check->size) || check->dropped == 0;
-}
-
-static nsdf_status time_of(const group *g, nsdf_decoder *decoder, uint32_t frame, double *t) {
-    const nsdf_frames *frames = g->job->frames;
-    return nsdf_frame_time(decoder, frames->frames[frame].number - frames->frames[0].number, t);
+    return !(size < check->size) || check->dropped == 0;
 }
 
 static nsdf_status decode(const group *g, nsdf_decoder *decoder, comparison *c) {
+    const nsdf_frames *frames = g->job->frames;
     nsdf_extraction_stats done;
-    double t = 0.0;
     c->check = (nsdf_frame_check){.pieces = {0, 0.0f, INFINITY, INFINITY, 0.0}, .smallest = INFINITY, .size = g->size};
-    nsdf_status status = time_of(g, decoder, c->frame, &t);
+    nsdf_status status = nsdf_frame_time(decoder, frames->frames[c->frame].number - frames->frames[0].number, &c->time);
     if (status == NSDF_OK)
-        status = nsdf_extract_mesh(decoder, t, NULL, &c->mesh);
+        status = nsdf_extract_mesh(decoder, c->time, NULL, &c->mesh);
     if (status == NSDF_OK)
         status = nsdf_get_extraction_stats(decoder, &done);
     if (status == NSDF_OK)
@@ -237,12 +233,10 @@ static nsdf_status decode(const group *g, nsdf_decoder *decoder, comparison *c) 
 static nsdf_status look_at_pieces(const group *g, nsdf_decoder *decoder, comparison *c) {
     const nsdf_file_header *header = g->job->header;
     nsdf_piece_report *pieces = &c->check.pieces;
-    double t = 0.0;
-    nsdf_status status = time_of(g, decoder, c->frame, &t);
-    if (status == NSDF_OK)
-        status = nsdf_bound_of_pieces(decoder, t, header, &c->decoded, c->piece, c->piece_count, &pieces->bound);
+    nsdf_status status =
+        nsdf_bound_of_pieces(decoder, c->time, header, &c->decoded, c->piece, c->piece_count, &pieces->bound);
     if (status == NSDF_OK && c->check.dropped > 0 && c->check.max[0] > (double)NSDF_LEAST_LOST)
-        status = nsdf_find_lost_pieces(decoder, t, header, &g->job->frames->frames[c->frame].surface,
+        status = nsdf_find_lost_pieces(decoder, c->time, header, &g->job->frames->frames[c->frame].surface,
                                        &pieces->smallest_lost);
     return status;
 }
@@ -263,10 +257,11 @@ static nsdf_status verify_group(group *g, nsdf_decoder *decoder, nsdf_workers *w
     nsdf_status status = NSDF_OK;
     for (uint32_t i = 0; i < count; i++) {
         comparison *c = &g->items[i];
-        if (status == NSDF_OK)
+        if (status == NSDF_OK) {
             status = c->failed ? NSDF_NO_MEMORY : look_at_pieces(g, decoder, c);
-        if (status != NSDF_OK)
-            (void)fail_at(g, c->frame, status, error);
+            if (status != NSDF_OK)
+                (void)fail_at(g, c->frame, status, error);
+        }
         c->check.is_done = status == NSDF_OK;
         g->checks[c->frame] = c->check;
         forget_frame(c);

@@ -10,7 +10,8 @@
 
 enum { NSDF_MOST_STRAYS = 2048 };
 
-/* Decoded pieces, without the largest of each frame when it comes to strays: further than 0.01 from the input. */
+/* Decoded pieces, without the largest of each frame when it comes to strays: further from the input than
+ * NSDF_STRAY_DISTANCE (lost_pieces.h). */
 typedef struct nsdf_piece_report {
     uint32_t stray;      /* pieces astray */
     float largest_stray; /* diagonal of its box, normalised; 0 without any */

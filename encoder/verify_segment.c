@@ -11,13 +11,15 @@ static const float speck_margin = 1.1f;
 
 bool nsdf_suit_smallest_piece(const nsdf_piece_report *pieces, const nsdf_frames *frames,
                               const nsdf_encoder_options *options, float *size) {
-    if (options->smallest_piece < 0.0 && pieces->smallest_lost < *size) {
+    if (options->smallest_piece >= 0.0)
+        return false;
+    if (pieces->smallest_lost < *size) {
         *size = true_share * pieces->smallest_lost;
         return true;
     }
     const float least = pieces->largest_stray * speck_margin;
     const float most = fminf(pieces->smallest_true, true_share * nsdf_frames_smallest_piece(frames));
-    if (options->smallest_piece >= 0.0 || pieces->stray == 0 || !(least < most))
+    if (pieces->stray == 0 || !(least < most))
         return false;
     *size = least;
     return true;

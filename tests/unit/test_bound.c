@@ -1,5 +1,6 @@
 /* The bound that small pieces of surface need, against what extraction finds with it. */
 #include "bound_pieces.h"
+#include "decoded_surface.h"
 #include "nsdf/export.h"
 #include "surface_error.h"
 
@@ -55,25 +56,13 @@ static uint64_t hash_with(const made_file *file, double bound, uint32_t resoluti
     return hash;
 }
 
-static nsdf_surface normalised(const nsdf_file_header *h, const nsdf_mesh *mesh) {
-    nsdf_mesh_view view;
-    assert_int_equal(nsdf_mesh_get_view(mesh, &view), NSDF_OK);
-    nsdf_surface s = {malloc(3 * sizeof(float) * (view.vertex_count + 1u)),
-                      malloc(3 * sizeof(uint32_t) * (view.triangle_count + 1u)), view.vertex_count,
-                      view.triangle_count};
-    assert_true(s.positions && s.indices);
-    for (size_t i = 0; i < 3 * (size_t)s.vertex_count; i++)
-        s.positions[i] = (float)(((double)view.positions[i] - h->centre[i % 3]) / h->scale);
-    memcpy(s.indices, view.indices, 3 * sizeof(uint32_t) * s.triangle_count);
-    return s;
-}
-
 /* Of the dense mesh's pieces, whose number goes to *pieces. */
 static double find_bound(const made_file *file, uint32_t *pieces) {
     nsdf_buffer copy = {NULL, 0, 0, 0};
     nsdf_decoder *decoder = open_with(file, 100.0, &copy);
     nsdf_mesh *mesh = extract(decoder, RESOLUTION, 1);
-    nsdf_surface surface = normalised(&file->header, mesh);
+    nsdf_surface surface;
+    assert_int_equal(nsdf_decoded_surface(&file->header, mesh, &surface), 0);
     uint32_t *piece = malloc((surface.triangle_count + 1u) * sizeof *piece);
     double bound = 0.0;
     *pieces = (uint32_t)nsdf_surface_components(&surface, piece);

@@ -8,16 +8,23 @@
 
 #include "time_budget.h"
 
-/* Makes steps on a clock of our own, each taking `pace(step)`, from time 100 on.  Returns when the last is made. */
-static double run(nsdf_time_budget *b, double (*pace)(uint64_t step), uint64_t *steps) {
+/* Makes steps on a clock of our own, each taking `pace(step)`, from time 100 on; behind step `at` there is an event.
+ * Returns when the last step is made. */
+static double run_with_event(nsdf_time_budget *b, double (*pace)(uint64_t step), uint64_t at,
+                             void (*event)(nsdf_time_budget *b, double *now), uint64_t *steps) {
     double now = 100.0;
     uint64_t done = 0;
     while (done < nsdf_budget_plan(b, done, now)) {
         now += pace(done);
-        done++;
+        if (++done == at)
+            event(b, &now);
     }
     *steps = done;
     return now;
+}
+
+static double run(nsdf_time_budget *b, double (*pace)(uint64_t step), uint64_t *steps) {
+    return run_with_event(b, pace, UINT64_MAX, NULL, steps);
 }
 
 static double even(uint64_t step) {
@@ -88,36 +95,34 @@ static void test_steps_that_become_slower_near_the_end_are_seen(void **state) {
     }
 }
 
+static void pass_without_a_step(nsdf_time_budget *b, double *now) {
+    *now += 15.0;
+    nsdf_budget_pause(b, 15.0);
+}
+
 static void test_what_no_step_took_does_not_count(void **state) {
     nsdf_time_budget b;
-    double now = 100.0;
-    uint64_t done = 0;
+    uint64_t steps;
     (void)state;
     nsdf_budget_start(&b, 200.0, 10000);
-    while (done < nsdf_budget_plan(&b, done, now)) {
-        now += 0.01;
-        if (++done == 2000) {
-            now += 15.0;
-            nsdf_budget_pause(&b, 15.0);
-        }
-    }
-    assert_true(now > 199.9 && now < 200.1);
-    assert_int_equal(done, 8500);
+    const double end = run_with_event(&b, even, 2000, pass_without_a_step, &steps);
+    assert_true(end > 199.9 && end < 200.1);
+    assert_int_equal(steps, 8500);
+}
+
+static void bring_deadline_near(nsdf_time_budget *b, double *now) {
+    (void)now;
+    b->deadline = 110.0;
 }
 
 /* What is left when the time is shorter than it was is enough for schedules to come to their end. */
 static void test_a_fifth_of_the_steps_is_left(void **state) {
     nsdf_time_budget b;
-    double now = 100.0;
-    uint64_t done = 0;
+    uint64_t steps;
     (void)state;
     nsdf_budget_start(&b, 200.0, 10000);
-    while (done < nsdf_budget_plan(&b, done, now)) {
-        now += 0.01;
-        if (++done == 4000)
-            b.deadline = 110.0;
-    }
-    assert_true(done >= 6250 && done <= 6251);
+    (void)run_with_event(&b, even, 4000, bring_deadline_near, &steps);
+    assert_true(steps >= 6250 && steps <= 6251);
 }
 
 static void test_a_time_that_has_passed_gives_few_steps(void **state) {
