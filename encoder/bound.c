@@ -9,6 +9,11 @@
 
 /* Cells along the longest side of the grid on which the bound is measured and checked. */
 enum { BOUND_RESOLUTION = 64, LARGEST_CUBE = 32 };
+/* Where verification follows, these many frames and a part of more stand for all: the field changes little from one to
+ * the next. */
+enum { MEASURED_FRAMES = 64, MEASURED_OF = 3 };
+/* What was measured for a network is sure by itself; extraction is held against it on a few of the frames. */
+enum { CHECKED_FRAMES = 12 };
 static const double bound_margin = 1.15, lowest_bound = 1.0, growth = 1.25;
 /* Away from its balls the size of a field of blocks is known; within them this is generous. */
 static const double safe_for_blocks = 4.0;
@@ -92,7 +97,7 @@ static double needed_bound(const grid *g, uint32_t size) {
     return most;
 }
 
-static nsdf_status measure(const nsdf_check_job *job, nsdf_decoder *decoder, grid *g, double *bound,
+static nsdf_status measure(const nsdf_check_job *job, nsdf_decoder *decoder, grid *g, uint32_t steps, double *bound,
                            nsdf_encoder_error *error) {
     uint32_t count = job->frames->count, first = job->frames->frames[0].number;
     double began = nsdf_clock(), inverse = 1.0 / job->header->scale;
@@ -107,7 +112,7 @@ static nsdf_status measure(const nsdf_check_job *job, nsdf_decoder *decoder, gri
             g->value[k] = (float)((double)g->value[k] * inverse);
         for (uint32_t size = 2; size <= LARGEST_CUBE; size *= 2)
             *bound = fmax(*bound, needed_bound(g, size));
-        if (nsdf_check_progress(job, NSDF_STAGE_BOUND, began, i + 1, 3 * count))
+        if (nsdf_check_progress(job, NSDF_STAGE_BOUND, began, i + 1, steps))
             return nsdf_encoder_fail(error, NSDF_CANCELLED, "cancelled");
     }
     return NSDF_OK;
@@ -147,8 +152,14 @@ static nsdf_status hash_at(nsdf_decoder *decoder, double t, int dense, nsdf_mesh
     return status;
 }
 
-/* Hashes of all frames; the calls of progress count on from `done`. */
-static nsdf_status hash_frames(const nsdf_check_job *job, nsdf_decoder *decoder, int dense, double began, uint32_t done,
+/* Progress of extractions: where they count on from, and how many steps there are in all. */
+typedef struct {
+    double began;
+    uint32_t done, steps;
+} course;
+
+/* Hashes of all frames. */
+static nsdf_status hash_frames(const nsdf_check_job *job, nsdf_decoder *decoder, int dense, const course *c,
                                uint64_t *hashes) {
     const uint32_t count = job->frames->count, first = job->frames->frames[0].number;
     nsdf_mesh *mesh = NULL;
@@ -158,7 +169,7 @@ static nsdf_status hash_frames(const nsdf_check_job *job, nsdf_decoder *decoder,
         status = nsdf_frame_time(decoder, job->frames->frames[i].number - first, &t);
         if (status == NSDF_OK)
             status = hash_at(decoder, t, dense, &mesh, &hashes[i]);
-        if (nsdf_check_progress(job, NSDF_STAGE_BOUND, began, done + i + 1, 3 * count))
+        if (nsdf_check_progress(job, NSDF_STAGE_BOUND, c->began, c->done + i + 1, c->steps))
             status = NSDF_CANCELLED;
     }
     nsdf_mesh_free(&mesh);
@@ -166,30 +177,30 @@ static nsdf_status hash_frames(const nsdf_check_job *job, nsdf_decoder *decoder,
 }
 
 /* What extraction with a bound gives; or dense extraction when the bound is 0. */
-static nsdf_status hash_with(const nsdf_check_job *job, const nsdf_buffer *file, float bound, double began,
-                             uint32_t done, uint64_t *hashes) {
+static nsdf_status hash_with(const nsdf_check_job *job, const nsdf_buffer *file, float bound, const course *c,
+                             uint64_t *hashes) {
     nsdf_buffer copy = {NULL, 0, 0, 0};
     nsdf_decoder *decoder = NULL;
     nsdf_status status = open_with_bound(job, file, bound > 0.0f ? bound : (float)NSDF_HIGHEST_BOUND, &copy, &decoder);
     if (status == NSDF_OK)
-        status = hash_frames(job, decoder, !(bound > 0.0f), began, done, hashes);
+        status = hash_frames(job, decoder, !(bound > 0.0f), c, hashes);
     nsdf_close(&decoder);
     nsdf_buffer_free(&copy);
     return status;
 }
 
 /* Raises the bound from `start` until extraction gives what it does with `safe`. */
-static nsdf_status raise_bound(const nsdf_check_job *job, const nsdf_buffer *file, double start, double safe,
+static nsdf_status raise_bound(const nsdf_check_job *job, const nsdf_buffer *file, double start, double safe, course c,
                                float *bound) {
     const uint32_t count = job->frames->count;
-    const double began = nsdf_clock();
     uint64_t *wanted = malloc(count * sizeof *wanted), *found = malloc(count * sizeof *found);
-    nsdf_status status = wanted && found ? hash_with(job, file, (float)safe, began, count, wanted) : NSDF_NO_MEMORY;
+    nsdf_status status = wanted && found ? hash_with(job, file, (float)safe, &c, wanted) : NSDF_NO_MEMORY;
+    c.done += count;
     for (double b = start; status == NSDF_OK; b *= growth) {
         *bound = (float)fmin(b, NSDF_HIGHEST_BOUND);
         if (b >= NSDF_HIGHEST_BOUND || (safe > 0.0 && b >= safe))
             break;
-        status = hash_with(job, file, *bound, began, 2 * count, found);
+        status = hash_with(job, file, *bound, &c, found);
         if (status == NSDF_OK && memcmp(wanted, found, count * sizeof *wanted) == 0)
             break;
     }
@@ -198,11 +209,25 @@ static nsdf_status raise_bound(const nsdf_check_job *job, const nsdf_buffer *fil
     return status;
 }
 
-static nsdf_status bound_of_network(const nsdf_check_job *job, const nsdf_buffer *file, float *bound,
-                                    nsdf_encoder_error *error) {
+static uint32_t smaller(uint32_t a, uint32_t b) {
+    return a < b ? a : b;
+}
+
+/* The frames that stand for all: borrowed from *picked, which the caller frees.  NULL when memory ran out. */
+static nsdf_frame *pick_frames(const nsdf_check_job *job, uint32_t count, nsdf_check_job *part, nsdf_frames *some) {
+    nsdf_frame *picked = malloc(count * sizeof *picked);
+    if (picked) {
+        *some = nsdf_frames_pick(job->frames, count, picked);
+        *part = *job;
+        part->frames = some;
+    }
+    return picked;
+}
+
+static nsdf_status measure_network(const nsdf_check_job *job, const nsdf_buffer *file, uint32_t steps, double *needed,
+                                   nsdf_encoder_error *error) {
     nsdf_decoder *decoder = NULL;
     grid g;
-    double needed = 0.0;
     memset(&g, 0, sizeof g);
     nsdf_status status = nsdf_open_memory(&decoder, file->data, file->size, NULL, NULL);
     if (status != NSDF_OK)
@@ -210,19 +235,62 @@ static nsdf_status bound_of_network(const nsdf_check_job *job, const nsdf_buffer
     if (create_grid(&g, job->header) != 0)
         status = nsdf_encoder_fail(error, NSDF_NO_MEMORY, "out of memory");
     else
-        status = measure(job, decoder, &g, &needed, error);
+        status = measure(job, decoder, &g, steps, needed, error);
     free_grid(&g);
     nsdf_close(&decoder);
-    if (status != NSDF_OK)
-        return status;
-    status = raise_bound(job, file, fmin(fmax(needed * bound_margin, lowest_bound), NSDF_HIGHEST_BOUND), 0.0, bound);
+    return status;
+}
+
+static nsdf_status raise_or_fail(const nsdf_check_job *job, const nsdf_buffer *file, double start, double safe,
+                                 course c, float *bound, nsdf_encoder_error *error) {
+    const nsdf_status status = raise_bound(job, file, start, safe, c, bound);
     return status == NSDF_OK ? status : nsdf_encoder_fail(error, status, "bound: %s", nsdf_status_string(status));
+}
+
+static nsdf_status bound_of_network(const nsdf_check_job *job, const nsdf_buffer *file, float *bound,
+                                    nsdf_encoder_error *error) {
+    const uint32_t checked = smaller(job->frames->count, CHECKED_FRAMES), steps = job->frames->count + 2 * checked;
+    nsdf_check_job part;
+    nsdf_frames some;
+    double needed = 0.0;
+    nsdf_frame *picked = pick_frames(job, checked, &part, &some);
+    nsdf_status status = picked ? measure_network(job, file, steps, &needed, error)
+                                : nsdf_encoder_fail(error, NSDF_NO_MEMORY, "out of memory");
+    if (status == NSDF_OK) {
+        const course c = {nsdf_clock(), job->frames->count, steps};
+        const double start = fmin(fmax(needed * bound_margin, lowest_bound), NSDF_HIGHEST_BOUND);
+        status = raise_or_fail(&part, file, start, 0.0, c, bound, error);
+    }
+    free(picked);
+    return status;
+}
+
+static uint32_t measured_frames(const nsdf_check_job *job) {
+    const uint32_t count = job->frames->count, share = (count + MEASURED_OF - 1) / MEASURED_OF;
+    if (!job->options->verify || count <= MEASURED_FRAMES)
+        return count;
+    return share > MEASURED_FRAMES ? share : MEASURED_FRAMES;
 }
 
 nsdf_status nsdf_measure_bound(const nsdf_check_job *job, const nsdf_buffer *file, int blocks, float *bound,
                                nsdf_encoder_error *error) {
-    if (!blocks)
-        return bound_of_network(job, file, bound, error);
-    const nsdf_status status = raise_bound(job, file, lowest_bound, safe_for_blocks, bound);
-    return status == NSDF_OK ? status : nsdf_encoder_fail(error, status, "bound: %s", nsdf_status_string(status));
+    nsdf_check_job part;
+    nsdf_frames some;
+    nsdf_frame *picked = pick_frames(job, measured_frames(job), &part, &some);
+    nsdf_status status;
+    if (!picked)
+        return nsdf_encoder_fail(error, NSDF_NO_MEMORY, "out of memory");
+    if (blocks) {
+        const course c = {nsdf_clock(), 0, 2 * some.count};
+        status = raise_or_fail(&part, file, lowest_bound, safe_for_blocks, c, bound, error);
+    } else {
+        status = bound_of_network(&part, file, bound, error);
+    }
+    free(picked);
+    return status;
+}
+
+double nsdf_bound_work(const nsdf_check_job *job) {
+    const uint32_t measured = measured_frames(job);
+    return 0.5 * ((double)measured + smaller(measured, CHECKED_FRAMES));
 }

@@ -18,13 +18,18 @@ typedef struct nsdf_check_job { /* shared by bound.c and verify.c */
     const nsdf_frames *all; /* of which `frames` may be a part: the input's pieces are theirs */
 } nsdf_check_job;
 
-/* For a network: evaluates the file's field on a dense grid at every frame, finds the smallest bound for which no cube
+/* For a network: evaluates the file's field on a dense grid at the frames, finds the smallest bound for which no cube
  * of 2 to 32 cells with a change of sign is skipped, adds a margin, and raises it until sparse and dense extraction
- * agree on every frame.  For blocks: raises it from 1 until extraction gives what a bound of 4 gives; that the mesher
- * follows the surface into cells that the bound left out is used there.  `file` must hold some bound already; the
- * result goes to *bound. */
+ * agree on twelve of them.  For blocks: raises it from 1 until extraction gives what a bound of 4 gives; that the
+ * mesher follows the surface into cells that the bound left out is used there.  Where verification follows, which finds
+ * what small pieces need in all frames, a third of many frames stands for all.  `file` must hold some bound already;
+ * the result goes to *bound. */
 nsdf_status nsdf_measure_bound(const nsdf_check_job *job, const nsdf_buffer *file, int blocks, float *bound,
                                nsdf_encoder_error *error);
+
+/* How many times as long measuring a network's bound takes as measuring and checking one frame does, at most, but for
+ * more than one round of checks. */
+double nsdf_bound_work(const nsdf_check_job *job);
 
 /* Calls progress for a stage whose first `done` of `count` items are done since `began`; nonzero = abort. */
 int nsdf_check_progress(const nsdf_check_job *job, nsdf_stage stage, double began, uint32_t done, uint32_t count);

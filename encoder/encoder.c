@@ -28,9 +28,9 @@ static const double least_cover = 0.85;
 static const double lost_error = 0.02;
 
 /* Within a time that was asked for, verification takes about this part of it, and looks at so many frames at least. */
-static const double verified_share = 0.15;
+static const double verified_share = 0.12;
 enum { least_frames = 12 };
-static const double more_rounds = 1.3; /* of raising the bound, for all frames in place of a few */
+static const double more_rounds = 1.3; /* of raising the bound, for some frames in place of a few */
 
 /* While verification finds stray pieces, fitting goes on a little, so many times at the most. */
 enum { MEND_ROUNDS = 3 };
@@ -384,7 +384,7 @@ static double deadline_by_trial(void *user) {
         return fit_deadline(r);
     const double room = fmax(verified_share * budget / fmax(seconds.verify, 1e-9), (double)least_frames);
     r->verified = room < (double)frames ? (uint32_t)room : frames;
-    return r->start + budget - more_rounds * seconds.bound * frames - seconds.verify * r->verified;
+    return r->start + budget - more_rounds * seconds.bound * nsdf_bound_work(&job) - seconds.verify * r->verified;
 }
 
 /* checkpoint: NULL for none. */

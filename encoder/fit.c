@@ -335,7 +335,7 @@ static void count_step(const state *s, nsdf_fit_result *result) {
 
 static int find_strays(state *s, const float *parameters, uint32_t resolution, nsdf_fit_result *result) {
     const nsdf_fit_job *job = s->job;
-    nsdf_stray_job search = {job->model,   s->kernels, s->scratch, parameters, job->frames,
+    nsdf_stray_job search = {job->model,   s->fastest, s->scratch, parameters, job->frames,
                              job->u,       {0},        {0},        resolution, job->options->seed + s->searched++,
                              job->workers, s->stray};
     memcpy(search.domain_min, job->header->domain_min, sizeof search.domain_min);

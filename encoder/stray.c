@@ -10,12 +10,13 @@ enum { POINTS_PER_STRAY = 3, STRAYS_WANTED = 300 };
 
 /* The domain is cut into cubes; those whose centre is far from the zero set are skipped, as the decoder will do with a
  * bound like this one. */
-enum { CUBES = 32, MOST_CELLS = 4, MOST_NODES = (MOST_CELLS + 1) * (MOST_CELLS + 1) * (MOST_CELLS + 1), CHUNK = 4096 };
+enum { CUBES = 32, MOST_CELLS = 4, CHUNK = 4096 };
 static const float search_bound = 1.8f;
 
 typedef struct {
     const nsdf_stray_job *job;
     uint32_t cubes[3], cells; /* cubes along each axis; cells along a cube's edge */
+    uint32_t nodes[3];        /* corners of cells along each axis */
     float origin[3], h;       /* h = edge of a cell */
     uint64_t *found;          /* [frame] */
     uint8_t *failed;          /* [frame] */
@@ -27,6 +28,7 @@ typedef struct {
     const float *composed;
     nsdf_fit_scratch *scratch;
     float time;
+    float *value; /* [node]: NaN where it was not asked for */
     nsdf_sample_set *hard;
     nsdf_random random;
     uint64_t found;
@@ -37,16 +39,15 @@ static void evaluate(const finder *f, const float *xyz, size_t count, float *val
     nsdf_fit_forward(f->s->job->model, f->s->job->kernels, f->scratch, f->composed, &points, value);
 }
 
-static void cube_corner(const search *s, uint32_t cube, float corner[3]) {
-    uint32_t at[3] = {cube % s->cubes[0], cube / s->cubes[0] % s->cubes[1], cube / s->cubes[0] / s->cubes[1]};
-    for (int k = 0; k < 3; k++)
-        corner[k] = s->origin[k] + (float)(at[k] * s->cells) * s->h;
+static void cube_at(const search *s, uint32_t cube, uint32_t at[3]) {
+    at[0] = cube % s->cubes[0];
+    at[1] = cube / s->cubes[0] % s->cubes[1];
+    at[2] = cube / s->cubes[0] / s->cubes[1];
 }
 
-static void set_point(float *xyz, size_t i, float x, float y, float z) {
-    xyz[i] = x;
-    xyz[CHUNK + i] = y;
-    xyz[2 * CHUNK + i] = z;
+static void set_point(float *xyz, size_t i, const float p[3]) {
+    for (size_t k = 0; k < 3; k++)
+        xyz[k * CHUNK + i] = p[k];
 }
 
 /* Numbers of the cubes to look into; returns how many. */
@@ -57,9 +58,12 @@ static uint32_t near_cubes(const finder *f, float *xyz, float *value, uint32_t *
     for (uint32_t first = 0; first < total; first += CHUNK) {
         uint32_t n = total - first < CHUNK ? total - first : CHUNK;
         for (uint32_t i = 0; i < n; i++) {
-            float corner[3];
-            cube_corner(s, first + i, corner);
-            set_point(xyz, i, corner[0] + half, corner[1] + half, corner[2] + half);
+            uint32_t at[3];
+            float centre[3];
+            cube_at(s, first + i, at);
+            for (int k = 0; k < 3; k++)
+                centre[k] = s->origin[k] + (float)(at[k] * s->cells) * s->h + half;
+            set_point(xyz, i, centre);
         }
         evaluate(f, xyz, n, value);
         for (uint32_t i = 0; i < n; i++)
@@ -67,6 +71,61 @@ static uint32_t near_cubes(const finder *f, float *xyz, float *value, uint32_t *
                 list[kept++] = first + i;
     }
     return kept;
+}
+
+/* ---- Values at the corners of cells ------------------------------------------------------------------------- */
+
+static size_t node_at(const search *s, uint32_t x, uint32_t y, uint32_t z) {
+    return ((size_t)z * s->nodes[1] + y) * s->nodes[0] + x;
+}
+
+static void node_point(const search *s, size_t node, float p[3]) {
+    const size_t at[3] = {node % s->nodes[0], node / s->nodes[0] % s->nodes[1], node / s->nodes[0] / s->nodes[1]};
+    for (int k = 0; k < 3; k++)
+        p[k] = s->origin[k] + (float)at[k] * s->h;
+}
+
+/* Nodes to be evaluated together. */
+typedef struct {
+    float *xyz, *value; /* [3 * CHUNK], [CHUNK] */
+    size_t node[CHUNK], count;
+} node_list;
+
+static void evaluate_nodes(const finder *f, node_list *list) {
+    evaluate(f, list->xyz, list->count, list->value);
+    for (size_t i = 0; i < list->count; i++)
+        f->value[list->node[i]] = list->value[i];
+    list->count = 0;
+}
+
+static void ask_for_node(const finder *f, node_list *list, size_t node) {
+    float p[3];
+    if (!isnan(f->value[node]))
+        return;
+    f->value[node] = 0.0f; /* so that it is asked for once */
+    node_point(f->s, node, p);
+    set_point(list->xyz, list->count, p);
+    list->node[list->count++] = node;
+    if (list->count == CHUNK)
+        evaluate_nodes(f, list);
+}
+
+/* All corners of the cells of some cubes, which share many. */
+static void find_values(const finder *f, const uint32_t *cubes, uint32_t count, node_list *list) {
+    const search *s = f->s;
+    const size_t nodes = node_at(s, 0, 0, s->nodes[2]);
+    for (size_t i = 0; i < nodes; i++)
+        f->value[i] = NAN;
+    list->count = 0;
+    for (uint32_t c = 0; c < count; c++) {
+        uint32_t at[3];
+        cube_at(s, cubes[c], at);
+        for (uint32_t z = 0; z <= s->cells; z++)
+            for (uint32_t y = 0; y <= s->cells; y++)
+                for (uint32_t x = 0; x <= s->cells; x++)
+                    ask_for_node(f, list, node_at(s, at[0] * s->cells + x, at[1] * s->cells + y, at[2] * s->cells + z));
+    }
+    evaluate_nodes(f, list);
 }
 
 /* ---- Looking at the edges ------------------------------------------------------------------------------- */
@@ -103,45 +162,30 @@ static void look_at_crossing(finder *f, const float p[3]) {
     }
 }
 
-static void look_at_edge(finder *f, const float *xyz, size_t from, size_t to, const float *value) {
-    float a = value[from], b = value[to];
+static void look_at_edge(finder *f, size_t from, size_t to) {
+    float a = f->value[from], b = f->value[to], p[3], q[3];
     if ((a < 0.0f) == (b < 0.0f))
         return;
-    float t = a / (a - b), p[3];
+    node_point(f->s, from, p);
+    node_point(f->s, to, q);
     for (size_t k = 0; k < 3; k++)
-        p[k] = xyz[k * CHUNK + from] + t * (xyz[k * CHUNK + to] - xyz[k * CHUNK + from]);
+        p[k] += a / (a - b) * (q[k] - p[k]);
     look_at_crossing(f, p);
 }
 
-/* Edges of one cube, whose nodes begin at `base`; those on the far faces belong to the neighbours. */
-static void look_at_cube(finder *f, const float *xyz, const float *value, size_t base) {
-    size_t n = f->s->cells + 1;
-    for (size_t z = 0; z + 1 < n; z++)
-        for (size_t y = 0; y + 1 < n; y++)
-            for (size_t x = 0; x + 1 < n; x++) {
-                size_t i = base + (z * n + y) * n + x;
-                look_at_edge(f, xyz, i, i + 1, value);
-                look_at_edge(f, xyz, i, i + n, value);
-                look_at_edge(f, xyz, i, i + n * n, value);
-            }
-}
-
-static void look_at_cubes(finder *f, float *xyz, float *value, const uint32_t *list, uint32_t count) {
+/* Edges of one cube; those on the far faces belong to the neighbours. */
+static void look_at_cube(finder *f, uint32_t cube) {
     const search *s = f->s;
-    uint32_t n = s->cells + 1, nodes = n * n * n, together = CHUNK / nodes;
-    for (uint32_t first = 0; first < count; first += together) {
-        uint32_t cubes = count - first < together ? count - first : together;
-        for (uint32_t c = 0; c < cubes; c++) {
-            float corner[3];
-            cube_corner(s, list[first + c], corner);
-            for (uint32_t i = 0; i < nodes; i++)
-                set_point(xyz, (size_t)c * nodes + i, corner[0] + (float)(i % n) * s->h,
-                          corner[1] + (float)(i / n % n) * s->h, corner[2] + (float)(i / n / n) * s->h);
-        }
-        evaluate(f, xyz, (size_t)cubes * nodes, value);
-        for (uint32_t c = 0; c < cubes; c++)
-            look_at_cube(f, xyz, value, (size_t)c * nodes);
-    }
+    uint32_t at[3];
+    cube_at(s, cube, at);
+    for (uint32_t z = 0; z < s->cells; z++)
+        for (uint32_t y = 0; y < s->cells; y++)
+            for (uint32_t x = 0; x < s->cells; x++) {
+                const size_t i = node_at(s, at[0] * s->cells + x, at[1] * s->cells + y, at[2] * s->cells + z);
+                look_at_edge(f, i, i + 1);
+                look_at_edge(f, i, i + s->nodes[0]);
+                look_at_edge(f, i, i + (size_t)s->nodes[0] * s->nodes[1]);
+            }
 }
 
 int nsdf_stray_room(nsdf_sample_set *hard) {
@@ -154,32 +198,43 @@ int nsdf_stray_room(nsdf_sample_set *hard) {
     return hard->x && hard->y && hard->z && hard->d ? 0 : -1;
 }
 
+/* Looks into the cubes of one frame that may hold some of the surface. */
+static void look_around(finder *f, float *xyz, float *value, uint32_t *cubes, node_list *list) {
+    const uint32_t kept = near_cubes(f, xyz, value, cubes);
+    list->xyz = xyz;
+    list->value = value;
+    find_values(f, cubes, kept, list);
+    for (uint32_t c = 0; c < kept; c++)
+        look_at_cube(f, cubes[c]);
+}
+
 static void search_frame(void *data, uint32_t index, uint32_t worker) {
     search *s = data;
     const nsdf_stray_job *job = s->job;
-    const nsdf_frame *frame = &job->frames->frames[index];
-    uint32_t total = s->cubes[0] * s->cubes[1] * s->cubes[2];
-    float *memory = malloc((job->model->composed_size + 4 * CHUNK) * sizeof *memory);
-    uint32_t *list = malloc(total * sizeof *list);
-    nsdf_sdf *sdf = nsdf_frame_sdf(frame);
-    s->failed[index] = !memory || !list || !sdf || nsdf_stray_room(&job->hard[index]) != 0;
+    const size_t nodes = node_at(s, 0, 0, s->nodes[2]), cubes = (size_t)s->cubes[0] * s->cubes[1] * s->cubes[2];
+    float *memory = malloc((job->model->composed_size + 4 * CHUNK + nodes) * sizeof *memory);
+    uint32_t *kept = malloc(cubes * sizeof *kept);
+    node_list *list = malloc(sizeof *list);
+    nsdf_sdf *sdf = nsdf_frame_sdf(&job->frames->frames[index]);
+    s->failed[index] = !memory || !kept || !list || !sdf || nsdf_stray_room(&job->hard[index]) != 0;
     if (!s->failed[index]) {
-        float *composed = memory + 4 * CHUNK, *value = memory + 3 * CHUNK;
+        float *composed = memory + 4 * CHUNK + nodes;
         finder f = {s,
                     sdf,
                     composed,
                     job->scratch[worker],
                     (float)((double)job->model->desc.time_scale * job->u[index]),
+                    memory + 4 * CHUNK,
                     &job->hard[index],
                     nsdf_random_start(job->seed, 0x200000000u + index),
                     0};
         nsdf_model_compose(job->model, job->parameters, job->u[index], composed);
-        uint32_t kept = near_cubes(&f, memory, value, list);
-        look_at_cubes(&f, memory, value, list, kept);
+        look_around(&f, memory, memory + 3 * CHUNK, kept, list);
         s->found[index] = f.found;
     }
     nsdf_sdf_free(sdf);
     free(memory);
+    free(kept);
     free(list);
 }
 
@@ -199,6 +254,7 @@ int nsdf_find_strays(const nsdf_stray_job *job, uint64_t *found) {
     for (int k = 0; k < 3; k++) {
         s.origin[k] = job->domain_min[k] - s.h * nsdf_random_unit(&random);
         s.cubes[k] = (uint32_t)ceilf((job->domain_max[k] - s.origin[k]) / (s.h * (float)s.cells));
+        s.nodes[k] = s.cubes[k] * s.cells + 1;
     }
     s.found = calloc(frames, sizeof *s.found);
     s.failed = calloc(frames, 1);
