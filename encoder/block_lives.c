@@ -10,26 +10,10 @@ typedef struct {
     const nsdf_block_model *model;
     const nsdf_frames *frames;
     const double *u;
-    const nsdf_sample_set *strays; /* [frame], or NULL */
-    nsdf_block_frame *at;          /* [worker] */
-    uint8_t *holds;                /* [frame][block]: what is in the ball */
-    uint8_t *failed;               /* [frame] */
+    nsdf_block_frame *at; /* [worker] */
+    uint8_t *holds;       /* [frame][block]: whether there is surface in the ball */
+    uint8_t *failed;      /* [frame] */
 } job;
-
-enum { NOTHING = 0, SURFACE = 1, STRAYS = 2 /* and no surface */ };
-
-static int holds_strays(const nsdf_sample_set *strays, const float map[12]) {
-    for (size_t i = 0; i < strays->count; i++) {
-        float square = 0.0f;
-        for (int row = 0; row < 3; row++) {
-            const float *m = map + 4 * row, u = m[0] * strays->x[i] + m[1] * strays->y[i] + m[2] * strays->z[i] + m[3];
-            square += u * u;
-        }
-        if (square < 1.0f)
-            return 1;
-    }
-    return 0;
-}
 
 static float longest_reach(const float reach[6]) {
     return 0.5f * fmaxf(reach[3] - reach[0], fmaxf(reach[4] - reach[1], reach[5] - reach[2]));
@@ -47,41 +31,23 @@ static void look_at_frame(void *data, uint32_t f, uint32_t worker) {
     for (uint32_t k = 0; k < j->model->desc.block_count; k++) {
         const float *p = at->pose[k], centre[3] = {p[3], p[7], p[11]};
         const float reach = surface_within * longest_reach(at->reach[k]);
-        holds[k] = at->alive[k] && nsdf_sdf_is_within(sdf, centre, reach) ? SURFACE : NOTHING;
-        if (j->strays && at->alive[k] && holds[k] == NOTHING && holds_strays(&j->strays[f], at->map[k]))
-            holds[k] = STRAYS;
+        holds[k] = at->alive[k] && nsdf_sdf_is_within(sdf, centre, reach);
     }
     nsdf_sdf_free(sdf);
 }
 
-/* The first of the frames with surface, and the one after the last, between frames with strays: of such stretches that
- * with the most of them.  Returns how many those are. */
-static uint32_t longest_stretch(const job *j, uint32_t block, uint32_t *first, uint32_t *last) {
-    const uint32_t frames = j->frames->count, blocks = j->model->desc.block_count;
-    uint32_t most = 0, count = 0, from = 0;
-    for (uint32_t f = 0; f < frames; f++) {
-        const uint8_t held = j->holds[(size_t)f * blocks + block];
-        if (held == STRAYS)
-            count = 0;
-        if (held != SURFACE)
-            continue;
-        from = count == 0 ? f : from;
-        if (++count > most) {
-            most = count;
-            *first = from;
-            *last = f + 1;
-        }
-    }
-    return most;
-}
-
 /* A block that never holds any surface stays as it is. */
 static void trim(const job *j, uint32_t block, float life[2]) {
-    uint32_t first = 0, last = 0;
-    if (longest_stretch(j, block, &first, &last) == 0)
+    const uint32_t frames = j->frames->count, blocks = j->model->desc.block_count;
+    uint32_t first = 0, last = frames;
+    while (first < frames && !j->holds[(size_t)first * blocks + block])
+        first++;
+    if (first == frames)
         return;
+    while (!j->holds[(size_t)(last - 1) * blocks + block])
+        last--;
     float held[2];
-    nsdf_block_life(j->u, j->frames->count, first, last - 1, held);
+    nsdf_block_life(j->u, frames, first, last - 1, held);
     life[0] = fmaxf(life[0], held[0]);
     life[1] = fminf(life[1], held[1]);
 }
@@ -106,8 +72,8 @@ static void free_job(job *j, uint32_t workers) {
 }
 
 int nsdf_block_trim_lives(nsdf_block_model *model, const nsdf_frames *frames, const double *u,
-                          const nsdf_file_header *header, const nsdf_sample_set *strays, nsdf_workers *workers) {
-    job j = {model, frames, u, strays, NULL, NULL, NULL};
+                          const nsdf_file_header *header, nsdf_workers *workers) {
+    job j = {model, frames, u, NULL, NULL, NULL};
     float *lives = model->values + nsdf_block_offset(&model->desc, NSDF_BLOCK_LIVES);
     int failed = create_job(&j, header, nsdf_workers_count(workers));
     if (!failed)

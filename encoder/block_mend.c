@@ -1,13 +1,14 @@
 #include "block_mend.h"
 
 #include "block_fit.h"
-#include "block_lives.h"
 
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
-enum { EVERY = 8 }; /* sample gives way */
+/* Of a frame's samples at most one in so many gives way, fewer where fewer points are astray: each of these is wanted
+ * twice.  More would be fitted at the cost of the surface. */
+enum { EVERY = 8, SAMPLES_OF_STRAY = 2 };
 
 typedef struct {
     const nsdf_fit_job *job;
@@ -42,6 +43,11 @@ static int copy_set(const nsdf_sample_set *from, nsdf_sample_set *to) {
     return 0;
 }
 
+static size_t stride_of(const nsdf_sample_set *samples, const nsdf_sample_set *strays) {
+    const size_t stride = samples->count / (SAMPLES_OF_STRAY * strays->count);
+    return stride > EVERY ? stride : EVERY;
+}
+
 static void mend_frame(void *data, uint32_t f, uint32_t worker) {
     mending *m = data;
     const nsdf_sample_set *strays = &m->strays[f];
@@ -53,7 +59,7 @@ static void mend_frame(void *data, uint32_t f, uint32_t worker) {
     if (!sdf || copy_set(&m->job->samples[f], &m->sets[f]) != 0)
         m->failed = 1;
     else
-        for (size_t to = 0, i = 0; to < m->sets[f].count; to += EVERY)
+        for (size_t to = 0, i = 0; to < m->sets[f].count; to += stride_of(&m->sets[f], strays))
             take_stray(strays, i++, sdf, &random, &m->sets[f], to);
     nsdf_sdf_free(sdf);
 }
@@ -86,8 +92,7 @@ int nsdf_fit_mended(const nsdf_fit_job *job, const nsdf_sample_set *strays, nsdf
     if (!any_strays(strays, job->frame_count))
         return nsdf_block_fit_run(job, model, result);
     nsdf_sample_set *sets = malloc(job->frame_count * sizeof *sets);
-    int failed = !sets || nsdf_block_trim_lives(model, job->frames, job->u, job->header, strays, job->workers) != 0 ||
-                 nsdf_mend_samples(job, strays, sets) != 0;
+    int failed = !sets || nsdf_mend_samples(job, strays, sets) != 0;
     if (!failed) {
         mended.samples = sets;
         failed = nsdf_block_fit_run(&mended, model, result);

@@ -10,9 +10,10 @@
 /* Of the steps of a whole fit. */
 #define NSDF_MEND_SHARE 0.15
 
-/* The job's samples; in frames with strays (strays[frame], as nsdf_verify_file finds them) an eighth of them gives way
- * to points of the stray pieces and of the empty room around these.  sets[job->frame_count] borrow what stays as it
- * was until nsdf_mended_samples_free.  Returns 0, or -1 when memory ran out; then there is nothing to free. */
+/* The job's samples; in frames with strays (strays[frame], as nsdf_verify_file finds them) some of them, twice as many
+ * as there are strays but no more than an eighth, give way to these points and to some of the empty room around them.
+ * sets[job->frame_count] borrow what stays as it was until nsdf_mended_samples_free.  Returns 0, or -1 when memory ran
+ * out; then there is nothing to free. */
 int nsdf_mend_samples(const nsdf_fit_job *job, const nsdf_sample_set *strays, nsdf_sample_set *sets);
 void nsdf_mended_samples_free(const nsdf_fit_job *job, nsdf_sample_set *sets);
 

@@ -129,7 +129,7 @@ int nsdf_fit_blocks(const nsdf_fit_job *job, nsdf_block_model *model, nsdf_fit_r
         nsdf_nodes_free(&tracked.nodes);
     if (failed || nsdf_block_fit_run(&block_job, model, result) != 0)
         return -1;
-    return nsdf_block_trim_lives(model, job->frames, job->u, job->header, NULL, job->workers);
+    return nsdf_block_trim_lives(model, job->frames, job->u, job->header, job->workers);
 }
 
 /* decoded[value_count] gets what a reader will have, and q its integers.  The values are rounded once only: products

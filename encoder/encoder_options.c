@@ -210,7 +210,7 @@ static const char *check_targets_together(const nsdf_encoder_options *o) {
     if (size + rate + wrong > 0 && (!o->quantise_aware || o->entropy != NSDF_CODER_RANGE || o->weight_bits >= 32.0))
         return "a target goes with the aware quantiser of 4 to 16 bits and the range coder only";
     if (size + rate + wrong > 0 && o->time_budget > 0.0)
-        return "a time budget goes without a target";
+        return "a time budget goes without a target size, bitrate or error";
     return wrong && !o->verify ? "a target error cannot be met without verifying" : NULL;
 }
 

@@ -141,8 +141,7 @@ nsdf_status nsdf_rate_start_at(nsdf_rate_model *m, double level) {
 
 static int trim_lives(const nsdf_rate_model *m) {
     const nsdf_fit_job *job = &m->job.fit;
-    return m->control.tuning ? 0
-                             : nsdf_block_trim_lives(m->blocks, job->frames, job->u, job->header, NULL, job->workers);
+    return m->control.tuning ? 0 : nsdf_block_trim_lives(m->blocks, job->frames, job->u, job->header, job->workers);
 }
 
 /* A step moves a value only so far: a share of few steps would say little of a level, or tune little. */

@@ -40,6 +40,10 @@ typedef struct {
 
 enum { NEAR_INPUT = 1, ASTRAY = 2 };
 
+/* Of the triangles of a piece that counts as stray, so many at least are away from the input: on a true piece there may
+ * be a little that should not be there. */
+static const double stray_share = 0.05;
+
 /* Whether the triangle's first vertex is. */
 static int is_stray(const astray *a, uint32_t triangle) {
     const uint32_t v = a->decoded->indices[3 * (size_t)triangle];
@@ -49,18 +53,20 @@ static int is_stray(const astray *a, uint32_t triangle) {
     return a->answers[v] == ASTRAY;
 }
 
-/* Marks the pieces, but for the largest, with a vertex away from the input.  Returns 0, or -1 when memory ran out. */
+/* Marks the pieces, but for the largest, of which a part is away from the input.  Returns 0, or -1 when memory ran out.
+ */
 static int mark_strays(const astray *a, const uint32_t *piece, uint32_t pieces, uint8_t *stray) {
     const nsdf_surface *decoded = a->decoded;
-    uint32_t *size = malloc(pieces * sizeof *size);
+    uint32_t *size = calloc(2 * (size_t)pieces, sizeof *size);
     if (!size)
         return -1;
+    uint32_t *away = size + pieces;
     const uint32_t largest = nsdf_largest_piece(decoded, piece, pieces, size);
-    for (uint32_t i = 0; i < decoded->triangle_count; i++) {
-        if (piece[i] == largest || stray[piece[i]])
-            continue;
-        stray[piece[i]] = (uint8_t)is_stray(a, i);
-    }
+    for (uint32_t i = 0; i < decoded->triangle_count; i++)
+        if (piece[i] != largest)
+            away[piece[i]] += (uint32_t)is_stray(a, i);
+    for (uint32_t p = 0; p < pieces; p++)
+        stray[p] = (double)away[p] > stray_share * (double)size[p];
     free(size);
     return 0;
 }

@@ -25,7 +25,7 @@ settings_quick() {
     setting nsdf small --preset fast --blocks 700 --bones 30 --pose-step 2.5e-4 --coefficient-step 5e-4 \
         --motion-rate 7e-5
     setting nsdf fast --preset fast
-    setting nsdf medium-short --preset medium --steps 5000
+    setting nsdf medium --preset medium
     # Those that the full grid has on or near the hull.
     draco_grid '0.5 1' '6 7' optimal
     draco_grid '2 3' '7 8' optimal
@@ -41,7 +41,6 @@ settings_full() {
     for width in 48 64 80; do
         setting nsdf "network-w$width" --preset fast --blocks 0 --width "$width"
     done
-    setting nsdf medium --preset medium
     setting nsdf slow --preset slow
     draco_grid '0.5 1 2 3 5 7 10 15 20 30 50 70 100' '6 7 8 9 10 11 12' 'optimal endpoint'
 }

@@ -1,4 +1,4 @@
-/* Pieces of the surface that a file says to leave out, and the size that suits it better. */
+/* Pieces of the surface that a file says to leave out, and the size that suits it better; pieces that are astray. */
 #include "decoded_surface.h"
 #include "lost_pieces.h"
 #include "surface_error.h"
@@ -132,6 +132,79 @@ static void test_verification_finds_what_was_left_out(void **state) {
     assert_true(lost > 1);
 }
 
+/* ---- Pieces astray ------------------------------------------------------------------------------------------ */
+
+/* With fewer triangles, a hole in a piece would be a large part of it. */
+enum { MANY_TRIANGLES = 400 };
+
+/* A piece with many triangles that is not the largest; its number, or UINT32_MAX. */
+static uint32_t pick_piece(const nsdf_surface *s, uint32_t *piece) {
+    const int64_t count = nsdf_surface_components(s, piece);
+    uint32_t *triangles = malloc(((size_t)count + 1u) * sizeof *triangles), picked = UINT32_MAX;
+    assert_true(count > 0);
+    const uint32_t largest = nsdf_largest_piece(s, piece, (uint32_t)count, triangles);
+    for (uint32_t p = 0; p < (uint32_t)count; p++)
+        if (p != largest && triangles[p] >= MANY_TRIANGLES)
+            picked = p;
+    free(triangles);
+    return picked;
+}
+
+static float distance_to(const nsdf_surface *s, uint32_t triangle, const float *centre) {
+    const float *v = s->positions + 3 * (size_t)s->indices[3 * (size_t)triangle];
+    return sqrtf((v[0] - centre[0]) * (v[0] - centre[0]) + (v[1] - centre[1]) * (v[1] - centre[1]) +
+                 (v[2] - centre[2]) * (v[2] - centre[2]));
+}
+
+/* What verification says of the decoded surface where the input has no triangles of the piece within the radius of the
+ * piece's first triangle. */
+static nsdf_piece_report verify_without(const made_file *file, const nsdf_surface *s, const uint32_t *piece,
+                                        uint32_t picked, float radius, double *back) {
+    nsdf_surface rest = *s;
+    nsdf_frame_check found = {0};
+    const float *centre = NULL;
+    rest.indices = malloc(3 * (size_t)s->triangle_count * sizeof *rest.indices);
+    rest.triangle_count = 0;
+    for (uint32_t i = 0; i < s->triangle_count; i++) {
+        if (piece[i] == picked && !centre)
+            centre = s->positions + 3 * (size_t)s->indices[3 * (size_t)i];
+        if (piece[i] == picked && distance_to(s, i, centre) < radius)
+            continue;
+        memcpy(rest.indices + 3 * (size_t)rest.triangle_count++, s->indices + 3 * (size_t)i, 3 * sizeof(uint32_t));
+    }
+    const nsdf_piece_report report = verify(file, rest, &found);
+    *back = found.max[1];
+    free(rest.indices);
+    return report;
+}
+
+/* A piece that the input has is not astray because of a few vertices that the input has not. */
+static void test_a_piece_is_astray_but_not_for_a_few_vertices(void **state) {
+    uint32_t tried = 0;
+    (void)state;
+    for (uint32_t i = 0; i < FILES; i++) {
+        made_file file;
+        nsdf_decoder *decoder = open_made(&file, 0.0f, i + 1);
+        nsdf_surface surface = all_pieces(&file, decoder);
+        uint32_t *piece = malloc((surface.triangle_count + 1u) * sizeof *piece);
+        const uint32_t picked = surface.triangle_count > 0 ? pick_piece(&surface, piece) : UINT32_MAX;
+        if (picked != UINT32_MAX) {
+            double back = 0.0;
+            assert_int_equal(verify_without(&file, &surface, piece, picked, 0.03f, &back).stray, 0);
+            assert_true(back > (double)NSDF_STRAY_DISTANCE);
+            assert_int_equal(verify_without(&file, &surface, piece, picked, 1.0f, &back).stray, 1);
+            tried++;
+        }
+        free(piece);
+        nsdf_surface_free(&surface);
+        nsdf_close(&decoder);
+        free_file(&file);
+    }
+    assert_true(tried > 1);
+}
+
+/* ---- Options ------------------------------------------------------------------------------------------------ */
+
 static void test_the_options_have_the_last_word(void **state) {
     const nsdf_piece_report lost = {0, 0.0f, INFINITY, 0.05f, 0.0}, specks = {3, 0.1f, 0.6f, INFINITY, 0.0};
     nsdf_frame frame = {.smallest_piece = 0.9f};
@@ -154,6 +227,7 @@ int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_pieces_at_the_surface_are_found),
         cmocka_unit_test(test_verification_finds_what_was_left_out),
+        cmocka_unit_test(test_a_piece_is_astray_but_not_for_a_few_vertices),
         cmocka_unit_test(test_the_options_have_the_last_word),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

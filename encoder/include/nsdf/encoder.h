@@ -326,8 +326,8 @@ typedef struct nsdf_encoder_stats {
     uint64_t steps, samples; /* Adam steps made; points seen */
     double fit_error;        /* as nsdf_progress.error at the end */
     double bound;            /* extraction bound stored in the file */
-    uint32_t stray_pieces;   /* connected pieces of the decoded frames that lie more than 1e-2 of the diagonal from
-                                the input, over all frames; 0 in a good file */
+    uint32_t stray_pieces;   /* connected pieces of the decoded frames of which a twentieth lies more than 1e-2 of the
+                                diagonal from the input, over all frames; 0 in a good file */
     double seconds_sample, seconds_fit, seconds_code, seconds_verify;
     nsdf_quality quality;
     int target_met;       /* of target_size or target_error; 1 without any */
