@@ -34,7 +34,8 @@ static const double more_rounds = 1.3; /* of raising the bound, for some frames 
 
 /* While verification finds stray pieces, fitting goes on a little, so many times at the most. */
 enum { MEND_ROUNDS = 3 };
-static const double same_error = 1.01; /* as a factor: no worse */
+/* As a factor: no worse; and what it may cost to halve the number of stray pieces. */
+static const double same_error = 1.01, about_same_error = 1.03;
 
 struct nsdf_encoder {
     nsdf_encoder_options options;
@@ -547,12 +548,13 @@ static int has_time(const run *r) {
     return !(budget > 0.0) || nsdf_clock() + r->seconds_check < r->start + budget;
 }
 
-/* More than a stray piece a frame says that the model is too small or fitted too briefly, which mending cannot mend. */
+/* More than a stray piece a frame says that a network is too small or fitted too briefly, which mending cannot mend.
+ * Small models of blocks have some that it does. */
 static int worth_mending(const run *r) {
     const nsdf_encoder *e = r->encoder;
     const nsdf_quality *q = &e->stats.quality;
-    const uint32_t pieces = e->stats.stray_pieces;
-    if (!e->options.hard_samples || !e->options.verify || pieces > e->frames.count + 8 || !has_time(r))
+    const uint32_t pieces = e->stats.stray_pieces, a_frame = e->blocks.values ? 4 : 1;
+    if (!e->options.hard_samples || !e->options.verify || pieces > a_frame * e->frames.count + 8 || !has_time(r))
         return 0;
     if (!e->blocks.values)
         return pieces > 0;
@@ -613,7 +615,8 @@ static void take_back(nsdf_encoder *e, const nsdf_encoder *kept) {
 /* Less of an error, or about the same and fewer pieces astray, which are more easily seen than they are measured. */
 static int is_better(const nsdf_encoder_stats *tried, const nsdf_encoder_stats *kept) {
     const double error = nsdf_mean_error(&tried->quality), before = nsdf_mean_error(&kept->quality);
-    return error < before || (tried->stray_pieces < kept->stray_pieces && error < same_error * before);
+    const double limit = 2 * tried->stray_pieces <= kept->stray_pieces ? about_same_error : same_error;
+    return error < before || (tried->stray_pieces < kept->stray_pieces && error < limit * before);
 }
 
 /* Whether what was tried succeeded and is better; if not, the encoder is as it was. */
