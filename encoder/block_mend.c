@@ -56,10 +56,11 @@ static void mend_frame(void *data, uint32_t f, uint32_t worker) {
     if (strays->count == 0)
         return;
     nsdf_sdf *sdf = nsdf_frame_sdf(&m->job->frames->frames[f]);
+    const size_t stride = stride_of(&m->job->samples[f], strays);
     if (!sdf || copy_set(&m->job->samples[f], &m->sets[f]) != 0)
         m->failed = 1;
     else
-        for (size_t to = 0, i = 0; to < m->sets[f].count; to += stride_of(&m->sets[f], strays))
+        for (size_t to = 0, i = 0; to < m->sets[f].count; to += stride)
             take_stray(strays, i++, sdf, &random, &m->sets[f], to);
     nsdf_sdf_free(sdf);
 }

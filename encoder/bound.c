@@ -9,7 +9,7 @@
 
 /* Cells along the longest side of the grid on which the bound is measured and checked. */
 enum { BOUND_RESOLUTION = 64, LARGEST_CUBE = 32 };
-/* Where verification follows, these many frames and a part of more stand for all: the field changes little from one to
+/* Where verification follows, so many frames, or the third of more, stand for all: the field changes little from one to
  * the next. */
 enum { MEASURED_FRAMES = 64, MEASURED_OF = 3 };
 /* What was measured for a network is sure by itself; extraction is held against it on a few of the frames. */

@@ -333,6 +333,7 @@ static void count_step(const state *s, nsdf_fit_result *result) {
     }
 }
 
+/* By the fastest kernels: a crossing that short factors move is no stray for that. */
 static int find_strays(state *s, const float *parameters, uint32_t resolution, nsdf_fit_result *result) {
     const nsdf_fit_job *job = s->job;
     nsdf_stray_job search = {job->model,   s->fastest, s->scratch, parameters, job->frames,

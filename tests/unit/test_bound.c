@@ -1,4 +1,5 @@
 /* The bound that small pieces of surface need, against what extraction finds with it. */
+#include "bound.h"
 #include "bound_pieces.h"
 #include "decoded_surface.h"
 #include "nsdf/export.h"
@@ -96,9 +97,29 @@ static void pieces_are_found_with_it_and_not_with_less(void **state) {
     assert_true(some > 0 && lost > 0);
 }
 
+static double work_of(uint32_t count, int verify) {
+    nsdf_encoder_options options;
+    nsdf_encoder_options_init(&options, NSDF_PRESET_FAST);
+    options.verify = verify;
+    const nsdf_frames frames = {.count = count};
+    const nsdf_check_job job = {.frames = &frames, .options = &options};
+    return nsdf_bound_work(&job);
+}
+
+/* Half of what is measured, and half of what is extracted densely. */
+static void a_third_of_many_frames_stands_for_all_that_are_verified(void **state) {
+    (void)state;
+    assert_float_equal(work_of(5, 1), 0.5 * (5 + 5), 0.0);
+    assert_float_equal(work_of(64, 1), 0.5 * (64 + 12), 0.0);
+    assert_float_equal(work_of(175, 1), 0.5 * (64 + 12), 0.0);
+    assert_float_equal(work_of(301, 1), 0.5 * (101 + 12), 0.0);
+    assert_float_equal(work_of(301, 0), 0.5 * (301 + 12), 0.0);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(pieces_are_found_with_it_and_not_with_less),
+        cmocka_unit_test(a_third_of_many_frames_stands_for_all_that_are_verified),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
