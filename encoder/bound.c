@@ -25,13 +25,6 @@ typedef struct {
     size_t count;
 } grid;
 
-int nsdf_check_progress(const nsdf_check_job *job, nsdf_stage stage, double began, uint32_t done, uint32_t count) {
-    double spent = nsdf_clock() - began, fraction = (double)done / (double)count;
-    nsdf_progress p = {stage, fraction, nsdf_clock() - job->start_time,
-                       0.0,   0.0,      done ? spent * (1.0 - fraction) / fraction : -1.0};
-    return job->progress && job->progress(job->progress_user, &p) == NSDF_ABORT;
-}
-
 static int create_grid(grid *g, const nsdf_file_header *header) {
     double longest = 0.0;
     for (int k = 0; k < 3; k++)
@@ -213,17 +206,6 @@ static uint32_t smaller(uint32_t a, uint32_t b) {
     return a < b ? a : b;
 }
 
-/* The frames that stand for all: borrowed from *picked, which the caller frees.  NULL when memory ran out. */
-static nsdf_frame *pick_frames(const nsdf_check_job *job, uint32_t count, nsdf_check_job *part, nsdf_frames *some) {
-    nsdf_frame *picked = malloc(count * sizeof *picked);
-    if (picked) {
-        *some = nsdf_frames_pick(job->frames, count, picked);
-        *part = *job;
-        part->frames = some;
-    }
-    return picked;
-}
-
 static nsdf_status measure_network(const nsdf_check_job *job, const nsdf_buffer *file, uint32_t steps, double *needed,
                                    nsdf_encoder_error *error) {
     nsdf_decoder *decoder = NULL;
@@ -250,18 +232,17 @@ static nsdf_status raise_or_fail(const nsdf_check_job *job, const nsdf_buffer *f
 static nsdf_status bound_of_network(const nsdf_check_job *job, const nsdf_buffer *file, float *bound,
                                     nsdf_encoder_error *error) {
     const uint32_t checked = smaller(job->frames->count, CHECKED_FRAMES), steps = job->frames->count + 2 * checked;
-    nsdf_check_job part;
-    nsdf_frames some;
+    nsdf_check_part part;
     double needed = 0.0;
-    nsdf_frame *picked = pick_frames(job, checked, &part, &some);
-    nsdf_status status = picked ? measure_network(job, file, steps, &needed, error)
-                                : nsdf_encoder_fail(error, NSDF_NO_MEMORY, "out of memory");
+    nsdf_status status = nsdf_check_part_pick(&part, job, checked) == 0
+                             ? measure_network(job, file, steps, &needed, error)
+                             : nsdf_encoder_fail(error, NSDF_NO_MEMORY, "out of memory");
     if (status == NSDF_OK) {
         const course c = {nsdf_clock(), job->frames->count, steps};
         const double start = fmin(fmax(needed * bound_margin, lowest_bound), NSDF_HIGHEST_BOUND);
-        status = raise_or_fail(&part, file, start, 0.0, c, bound, error);
+        status = raise_or_fail(&part.job, file, start, 0.0, c, bound, error);
     }
-    free(picked);
+    nsdf_check_part_free(&part);
     return status;
 }
 
@@ -274,19 +255,17 @@ static uint32_t measured_frames(const nsdf_check_job *job) {
 
 nsdf_status nsdf_measure_bound(const nsdf_check_job *job, const nsdf_buffer *file, int blocks, float *bound,
                                nsdf_encoder_error *error) {
-    nsdf_check_job part;
-    nsdf_frames some;
-    nsdf_frame *picked = pick_frames(job, measured_frames(job), &part, &some);
+    nsdf_check_part part;
     nsdf_status status;
-    if (!picked)
-        return nsdf_encoder_fail(error, NSDF_NO_MEMORY, "out of memory");
-    if (blocks) {
-        const course c = {nsdf_clock(), 0, 2 * some.count};
-        status = raise_or_fail(&part, file, lowest_bound, safe_for_blocks, c, bound, error);
+    if (nsdf_check_part_pick(&part, job, measured_frames(job)) != 0) {
+        status = nsdf_encoder_fail(error, NSDF_NO_MEMORY, "out of memory");
+    } else if (blocks) {
+        const course c = {nsdf_clock(), 0, 2 * part.frames.count};
+        status = raise_or_fail(&part.job, file, lowest_bound, safe_for_blocks, c, bound, error);
     } else {
-        status = bound_of_network(&part, file, bound, error);
+        status = bound_of_network(&part.job, file, bound, error);
     }
-    free(picked);
+    nsdf_check_part_free(&part);
     return status;
 }
 

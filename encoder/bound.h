@@ -2,21 +2,11 @@
 #ifndef NSDF_BOUND_H
 #define NSDF_BOUND_H
 
+#include "check_job.h"
 #include "container_write.h"
-#include "frames.h"
 
 /* Files get none above it; with it, next to nothing is skipped. */
 #define NSDF_HIGHEST_BOUND 64.0
-
-typedef struct nsdf_check_job { /* shared by bound.c and verify.c */
-    const nsdf_frames *frames;
-    const nsdf_file_header *header;
-    const nsdf_encoder_options *options;
-    nsdf_progress_fn progress;
-    void *progress_user;
-    double start_time;
-    const nsdf_frames *all; /* of which `frames` may be a part: the input's pieces are theirs */
-} nsdf_check_job;
 
 /* For a network: evaluates the file's field on a dense grid at the frames, finds the smallest bound for which no cube
  * of 2 to 32 cells with a change of sign is skipped, adds a margin, and raises it until sparse and dense extraction
@@ -30,8 +20,5 @@ nsdf_status nsdf_measure_bound(const nsdf_check_job *job, const nsdf_buffer *fil
 /* How many times as long measuring a network's bound takes as measuring and checking one frame does, at most, but for
  * more than one round of checks. */
 double nsdf_bound_work(const nsdf_check_job *job);
-
-/* Calls progress for a stage whose first `done` of `count` items are done since `began`; nonzero = abort. */
-int nsdf_check_progress(const nsdf_check_job *job, nsdf_stage stage, double began, uint32_t done, uint32_t count);
 
 #endif

@@ -1,5 +1,6 @@
 #include "check_time.h"
 
+#include "bound.h"
 #include "fit.h"
 #include "verify.h"
 
@@ -29,16 +30,13 @@ static nsdf_status check(const nsdf_check_job *job, nsdf_workers *workers, const
 nsdf_status nsdf_time_check(const nsdf_check_job *job, nsdf_workers *workers, const nsdf_coded_segment *segment,
                             const nsdf_index_entry *entry, nsdf_check_time *seconds, nsdf_encoder_error *error) {
     const uint32_t count = nsdf_workers_count(workers); /* verification takes one for each */
-    nsdf_frame *picked = malloc(count * sizeof *picked);
+    nsdf_check_part part;
     nsdf_frame_check *checks = calloc(count, sizeof *checks);
     nsdf_sample_set *strays = calloc(count, sizeof *strays);
     nsdf_status status = NSDF_NO_MEMORY;
-    if (picked && checks && strays) {
-        const nsdf_frames some = nsdf_frames_pick(job->frames, count, picked);
-        nsdf_check_job part = *job;
-        part.frames = &some;
-        part.progress = NULL;
-        status = check(&part, workers, segment, entry, checks, strays, seconds, error);
+    if (nsdf_check_part_pick(&part, job, count) == 0 && checks && strays) {
+        part.job.progress = NULL;
+        status = check(&part.job, workers, segment, entry, checks, strays, seconds, error);
     } else {
         (void)nsdf_encoder_fail(error, status, "out of memory");
     }
@@ -46,6 +44,6 @@ nsdf_status nsdf_time_check(const nsdf_check_job *job, nsdf_workers *workers, co
         nsdf_sample_set_free(&strays[i]);
     free(strays);
     free(checks);
-    free(picked);
+    nsdf_check_part_free(&part);
     return status;
 }

@@ -2,7 +2,7 @@
 #ifndef NSDF_CHECK_TIME_H
 #define NSDF_CHECK_TIME_H
 
-#include "bound.h"
+#include "check_job.h"
 #include "container.h"
 #include "workers.h"
 

@@ -431,22 +431,20 @@ static const double least_verified = 2.0, bound_margin = 1.05;
 static nsdf_status verify_frames(run *r, const nsdf_check_job *job, nsdf_piece_report *pieces) {
     nsdf_encoder *e = r->encoder;
     const uint32_t count = r->verified ? r->verified : e->shown.count;
-    nsdf_frame *picked = malloc(count * sizeof *picked);
     nsdf_sample_set *strays = calloc(count, sizeof *strays);
+    nsdf_check_part part;
     nsdf_status status = NSDF_NO_MEMORY;
-    if (picked && strays) {
-        const nsdf_frames some = nsdf_frames_pick(&e->shown, count, picked);
-        nsdf_check_job part = *job;
-        part.frames = &some;
-        status = nsdf_verify_segment(&part, r->workers, &r->segment, &e->entry, &e->quality, pieces, strays, r->error);
+    if (nsdf_check_part_pick(&part, job, count) == 0 && strays) {
+        status =
+            nsdf_verify_segment(&part.job, r->workers, &r->segment, &e->entry, &e->quality, pieces, strays, r->error);
     } else {
         (void)nsdf_encoder_fail(r->error, status, "out of memory");
     }
     forget_strays(r);
-    for (uint32_t i = 0; picked && strays && i < count; i++)
-        r->strays[nsdf_frames_find(&e->frames, picked[i].number)] = strays[i];
+    for (uint32_t i = 0; strays && i < part.frames.count; i++)
+        r->strays[nsdf_frames_find(&e->frames, part.frames.frames[i].number)] = strays[i];
     free(strays);
-    free(picked);
+    nsdf_check_part_free(&part);
     return status;
 }
 

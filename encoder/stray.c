@@ -22,6 +22,12 @@ typedef struct {
     uint8_t *failed;          /* [frame] */
 } search;
 
+/* Points to be evaluated together, the values there, and the corners of cells that some of them are. */
+typedef struct {
+    float xyz[3 * CHUNK], value[CHUNK];
+    size_t node[CHUNK], count;
+} point_list;
+
 typedef struct {
     const search *s;
     const nsdf_sdf *sdf;
@@ -29,14 +35,22 @@ typedef struct {
     nsdf_fit_scratch *scratch;
     float time;
     float *value; /* [node]: NaN where it was not asked for */
+    point_list *points;
     nsdf_sample_set *hard;
     nsdf_random random;
     uint64_t found;
 } finder;
 
-static void evaluate(const finder *f, const float *xyz, size_t count, float *value) {
-    nsdf_fit_points points = {xyz, xyz + CHUNK, xyz + 2 * CHUNK, NULL, count, f->time};
-    nsdf_fit_forward(f->s->job->model, f->s->job->kernels, f->scratch, f->composed, &points, value);
+static void add_point(point_list *list, const float p[3]) {
+    for (size_t k = 0; k < 3; k++)
+        list->xyz[k * CHUNK + list->count] = p[k];
+    list->count++;
+}
+
+static void evaluate(const finder *f) {
+    const float *xyz = f->points->xyz;
+    nsdf_fit_points points = {xyz, xyz + CHUNK, xyz + 2 * CHUNK, NULL, f->points->count, f->time};
+    nsdf_fit_forward(f->s->job->model, f->s->job->kernels, f->scratch, f->composed, &points, f->points->value);
 }
 
 static void cube_at(const search *s, uint32_t cube, uint32_t at[3]) {
@@ -45,29 +59,25 @@ static void cube_at(const search *s, uint32_t cube, uint32_t at[3]) {
     at[2] = cube / s->cubes[0] / s->cubes[1];
 }
 
-static void set_point(float *xyz, size_t i, const float p[3]) {
-    for (size_t k = 0; k < 3; k++)
-        xyz[k * CHUNK + i] = p[k];
-}
-
 /* Numbers of the cubes to look into; returns how many. */
-static uint32_t near_cubes(const finder *f, float *xyz, float *value, uint32_t *list) {
+static uint32_t near_cubes(const finder *f, uint32_t *list) {
     const search *s = f->s;
     uint32_t total = s->cubes[0] * s->cubes[1] * s->cubes[2], kept = 0;
     float half = 0.5f * (float)s->cells * s->h, limit = search_bound * half * sqrtf(3.0f);
     for (uint32_t first = 0; first < total; first += CHUNK) {
         uint32_t n = total - first < CHUNK ? total - first : CHUNK;
+        f->points->count = 0;
         for (uint32_t i = 0; i < n; i++) {
             uint32_t at[3];
             float centre[3];
             cube_at(s, first + i, at);
             for (int k = 0; k < 3; k++)
                 centre[k] = s->origin[k] + (float)(at[k] * s->cells) * s->h + half;
-            set_point(xyz, i, centre);
+            add_point(f->points, centre);
         }
-        evaluate(f, xyz, n, value);
+        evaluate(f);
         for (uint32_t i = 0; i < n; i++)
-            if (fabsf(value[i]) <= limit)
+            if (fabsf(f->points->value[i]) <= limit)
                 list[kept++] = first + i;
     }
     return kept;
@@ -85,47 +95,43 @@ static void node_point(const search *s, size_t node, float p[3]) {
         p[k] = s->origin[k] + (float)at[k] * s->h;
 }
 
-/* Nodes to be evaluated together. */
-typedef struct {
-    float *xyz, *value; /* [3 * CHUNK], [CHUNK] */
-    size_t node[CHUNK], count;
-} node_list;
-
-static void evaluate_nodes(const finder *f, node_list *list) {
-    evaluate(f, list->xyz, list->count, list->value);
+static void evaluate_nodes(const finder *f) {
+    point_list *list = f->points;
+    evaluate(f);
     for (size_t i = 0; i < list->count; i++)
         f->value[list->node[i]] = list->value[i];
     list->count = 0;
 }
 
-static void ask_for_node(const finder *f, node_list *list, size_t node) {
+static void ask_for_node(const finder *f, size_t node) {
+    point_list *list = f->points;
     float p[3];
     if (!isnan(f->value[node]))
         return;
     f->value[node] = 0.0f; /* so that it is asked for once */
     node_point(f->s, node, p);
-    set_point(list->xyz, list->count, p);
-    list->node[list->count++] = node;
+    list->node[list->count] = node;
+    add_point(list, p);
     if (list->count == CHUNK)
-        evaluate_nodes(f, list);
+        evaluate_nodes(f);
 }
 
 /* All corners of the cells of some cubes, which share many. */
-static void find_values(const finder *f, const uint32_t *cubes, uint32_t count, node_list *list) {
+static void find_values(const finder *f, const uint32_t *cubes, uint32_t count) {
     const search *s = f->s;
     const size_t nodes = node_at(s, 0, 0, s->nodes[2]);
     for (size_t i = 0; i < nodes; i++)
         f->value[i] = NAN;
-    list->count = 0;
+    f->points->count = 0;
     for (uint32_t c = 0; c < count; c++) {
         uint32_t at[3];
         cube_at(s, cubes[c], at);
         for (uint32_t z = 0; z <= s->cells; z++)
             for (uint32_t y = 0; y <= s->cells; y++)
                 for (uint32_t x = 0; x <= s->cells; x++)
-                    ask_for_node(f, list, node_at(s, at[0] * s->cells + x, at[1] * s->cells + y, at[2] * s->cells + z));
+                    ask_for_node(f, node_at(s, at[0] * s->cells + x, at[1] * s->cells + y, at[2] * s->cells + z));
     }
-    evaluate_nodes(f, list);
+    evaluate_nodes(f);
 }
 
 /* ---- Looking at the edges ------------------------------------------------------------------------------- */
@@ -199,11 +205,9 @@ int nsdf_stray_room(nsdf_sample_set *hard) {
 }
 
 /* Looks into the cubes of one frame that may hold some of the surface. */
-static void look_around(finder *f, float *xyz, float *value, uint32_t *cubes, node_list *list) {
-    const uint32_t kept = near_cubes(f, xyz, value, cubes);
-    list->xyz = xyz;
-    list->value = value;
-    find_values(f, cubes, kept, list);
+static void look_around(finder *f, uint32_t *cubes) {
+    const uint32_t kept = near_cubes(f, cubes);
+    find_values(f, cubes, kept);
     for (uint32_t c = 0; c < kept; c++)
         look_at_cube(f, cubes[c]);
 }
@@ -212,30 +216,32 @@ static void search_frame(void *data, uint32_t index, uint32_t worker) {
     search *s = data;
     const nsdf_stray_job *job = s->job;
     const size_t nodes = node_at(s, 0, 0, s->nodes[2]), cubes = (size_t)s->cubes[0] * s->cubes[1] * s->cubes[2];
-    float *memory = malloc((job->model->composed_size + 4 * CHUNK + nodes) * sizeof *memory);
+    float *composed = malloc(job->model->composed_size * sizeof *composed);
+    float *value = malloc(nodes * sizeof *value);
     uint32_t *kept = malloc(cubes * sizeof *kept);
-    node_list *list = malloc(sizeof *list);
+    point_list *points = malloc(sizeof *points);
     nsdf_sdf *sdf = nsdf_frame_sdf(&job->frames->frames[index]);
-    s->failed[index] = !memory || !kept || !list || !sdf || nsdf_stray_room(&job->hard[index]) != 0;
+    s->failed[index] = !composed || !value || !kept || !points || !sdf || nsdf_stray_room(&job->hard[index]) != 0;
     if (!s->failed[index]) {
-        float *composed = memory + 4 * CHUNK + nodes;
         finder f = {s,
                     sdf,
                     composed,
                     job->scratch[worker],
                     (float)((double)job->model->desc.time_scale * job->u[index]),
-                    memory + 4 * CHUNK,
+                    value,
+                    points,
                     &job->hard[index],
                     nsdf_random_start(job->seed, 0x200000000u + index),
                     0};
         nsdf_model_compose(job->model, job->parameters, job->u[index], composed);
-        look_around(&f, memory, memory + 3 * CHUNK, kept, list);
+        look_around(&f, kept);
         s->found[index] = f.found;
     }
     nsdf_sdf_free(sdf);
-    free(memory);
+    free(composed);
+    free(value);
     free(kept);
-    free(list);
+    free(points);
 }
 
 int nsdf_find_strays(const nsdf_stray_job *job, uint64_t *found) {

@@ -2,7 +2,8 @@
 #ifndef NSDF_VERIFY_H
 #define NSDF_VERIFY_H
 
-#include "bound.h"
+#include "check_job.h"
+#include "container_write.h"
 #include "sampler.h"
 #include "workers.h"
 
