@@ -89,6 +89,14 @@ static void warn_about_input(const enc_options *o, const nsdf_encoder_stats *s) 
         nsdf_cli_warn("the input is not clean; what was done, in each frame: %s", text);
 }
 
+/* Sampling and verifying take their time however few steps are made. */
+static void warn_about_time(double budget, const nsdf_encoder_stats *s) {
+    const double after = s->seconds_code + s->seconds_verify;
+    if (budget > 0.0 && s->seconds_sample + s->seconds_fit + after > 1.25 * budget)
+        nsdf_cli_warn("--time %g is exceeded: sampling took %.1f s, %llu steps %.1f s, coding and verifying %.1f s",
+                      budget, s->seconds_sample, (unsigned long long)s->steps, s->seconds_fit, after);
+}
+
 static void summarise(const enc_options *o, const nsdf_encoder_stats *s) {
     warn_about_input(o, s);
     nsdf_cli_verbose("%llu parameters, %llu steps, extraction bound %.2f", (unsigned long long)s->parameters,
@@ -109,6 +117,7 @@ static void summarise(const enc_options *o, const nsdf_encoder_stats *s) {
                  s->nominal_frames == 1 ? "" : "s", (unsigned long long)s->file_size,
                  (double)s->file_size / (double)s->nominal_frames,
                  s->seconds_sample + s->seconds_fit + s->seconds_code + s->seconds_verify);
+    warn_about_time(o->encoder.time_budget, s);
     if (s->quality.frames == 0)
         return;
     nsdf_cli_say("mean error %.2e of the diagonal from input to decoded, %.2e back; largest %.2e and %.2e "

@@ -669,6 +669,15 @@ static int check_outputs(const enc_options *options) {
     return done;
 }
 
+static int check_together(const enc_options *options) {
+    if (options->frames && options->frame_step)
+        return nsdf_cli_usage_error("--frames and --frame-step cannot be given together: --frames 0-98/2 has a step");
+    if (options->target && options->encoder.time_budget > 0.0)
+        return nsdf_cli_usage_error("--%s and --time cannot be given together: a faster preset searches faster",
+                                    option_name(options->target));
+    return -1;
+}
+
 int enc_options_parse(enc_options *options, int argc, char **argv) {
     given g = {0, 0, 0, 0};
     memset(options, 0, sizeof *options);
@@ -691,7 +700,6 @@ int enc_options_parse(enc_options *options, int argc, char **argv) {
         options->encoder.weight_time = NSDF_TIME_CONSTANT; /* time is an input already */
     if (options->input_count == 0)
         return nsdf_cli_usage_error("no input: name a folder, a pattern or OBJ, PLY, STL or glTF files");
-    if (options->frames && options->frame_step)
-        return nsdf_cli_usage_error("--frames and --frame-step cannot be given together: --frames 0-98/2 has a step");
-    return check_outputs(options);
+    done = check_together(options);
+    return done < 0 ? check_outputs(options) : done;
 }

@@ -15,4 +15,7 @@ fails 2 'same file' nsdf-enc --report a.nsdf -o a.nsdf fixture/frames
 fails 2 "--batch-points: 'many' is not a whole number" nsdf-enc --batch-points many -o a.nsdf fixture/frames
 fails 2 "--batch-frames: '-1' is not a whole number" nsdf-enc --batch-frames -1 -o a.nsdf fixture/frames
 fails 2 'batch frames is 5000, expected 1 to 4096' nsdf-enc --batch-frames 5000 -o a.nsdf fixture/frames
+for target in --size=40000 --bitrate=8 --max-error=1e-3; do
+    fails 2 "${target%=*} and --time cannot be given together" nsdf-enc --time 60 $target -o a.nsdf fixture/frames
+done
 no_leftovers . fixture
