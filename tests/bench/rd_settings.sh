@@ -26,6 +26,7 @@ settings_quick() {
         --motion-rate 7e-5
     setting nsdf fast --preset fast
     setting nsdf medium --preset medium
+    setting nsdf cubic --preset medium --block-degree 3
     # Those that the full grid has on or near the hull.
     draco_grid '0.5 1' '6 7' optimal
     draco_grid '2 3' '7 8' optimal
