@@ -32,17 +32,6 @@ static void take_stray(const nsdf_sample_set *strays, size_t i, const nsdf_sdf *
     set->d[to] = i % 2 == 1 ? nsdf_sdf_distance(sdf, p) : strays->d[from];
 }
 
-static int copy_set(const nsdf_sample_set *from, nsdf_sample_set *to) {
-    const size_t bytes = from->count * sizeof *from->x;
-    if (nsdf_sample_set_create(to, from->count) != 0)
-        return -1;
-    memcpy(to->x, from->x, bytes);
-    memcpy(to->y, from->y, bytes);
-    memcpy(to->z, from->z, bytes);
-    memcpy(to->d, from->d, bytes);
-    return 0;
-}
-
 static size_t stride_of(const nsdf_sample_set *samples, const nsdf_sample_set *strays) {
     const size_t stride = samples->count / (SAMPLES_OF_STRAY * strays->count);
     return stride > EVERY ? stride : EVERY;
@@ -57,7 +46,7 @@ static void mend_frame(void *data, uint32_t f, uint32_t worker) {
         return;
     nsdf_sdf *sdf = nsdf_frame_sdf(&m->job->frames->frames[f]);
     const size_t stride = stride_of(&m->job->samples[f], strays);
-    if (!sdf || copy_set(&m->job->samples[f], &m->sets[f]) != 0)
+    if (!sdf || nsdf_sample_set_copy(&m->job->samples[f], &m->sets[f]) != 0)
         m->failed = 1;
     else
         for (size_t to = 0, i = 0; to < m->sets[f].count; to += stride)

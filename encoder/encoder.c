@@ -654,10 +654,23 @@ static nsdf_status mend_better(run *r, int *better) {
     return status;
 }
 
+/* Blocks that come apart leave pieces astray in most frames, or whole frames without a surface. */
+static int come_apart(const nsdf_encoder *e) {
+    return e->blocks.values &&
+           (e->stats.stray_pieces > e->shown.count || nsdf_mean_error(&e->stats.quality) > lost_error);
+}
+
+/* Where blocks come apart, a network will be tried in the end: unless the first round halves the pieces, no other one
+ * is made. */
 static nsdf_status mend_all(run *r, int whole) {
+    const nsdf_encoder *e = r->encoder;
+    const uint32_t pieces = e->stats.stray_pieces;
     nsdf_status status = NSDF_OK;
-    for (int round = 0, better = whole; status == NSDF_OK && better && worth_mending(r) && round < MEND_ROUNDS; round++)
+    int better = whole;
+    for (int round = 0; status == NSDF_OK && better && worth_mending(r) && round < MEND_ROUNDS; round++) {
         status = mend_better(r, &better);
+        better &= round > 0 || !come_apart(e) || 2 * e->stats.stray_pieces <= pieces;
+    }
     return status;
 }
 
@@ -681,12 +694,11 @@ static nsdf_status fit_network_instead(run *r) {
     return status == NSDF_OK ? mend_all(r, whole) : status;
 }
 
-/* Blocks that come apart, as those do where drops fly off and fall back, leave pieces astray in most frames, or whole
- * frames without a surface; then a network is fitted too, and the better of the two is the result. */
+/* Where blocks come apart, as they do where drops fly off and fall back, a network is fitted too, and the better of the
+ * two is the result. */
 static nsdf_status try_network(run *r, int whole) {
     nsdf_encoder *e = r->encoder;
-    if (!e->blocks.values || !whole || has_target(r) || !e->options.verify ||
-        (e->stats.stray_pieces <= e->shown.count && nsdf_mean_error(&e->stats.quality) <= lost_error))
+    if (!whole || has_target(r) || !e->options.verify || !come_apart(e))
         return NSDF_OK;
     nsdf_encoder kept = set_aside(e);
     e->parameters = malloc(e->model.parameter_count * sizeof *e->parameters);

@@ -168,6 +168,20 @@ int nsdf_sample_set_create(nsdf_sample_set *set, size_t count) {
     return set->x != NULL && set->y != NULL && set->z != NULL && set->d != NULL ? 0 : -1;
 }
 
+int nsdf_sample_set_copy(const nsdf_sample_set *from, nsdf_sample_set *to) {
+    const size_t size = from->count * sizeof(float);
+    if (nsdf_sample_set_create(to, from->count) != 0) {
+        return -1;
+    }
+    if (size > 0) {
+        memcpy(to->x, from->x, size);
+        memcpy(to->y, from->y, size);
+        memcpy(to->z, from->z, size);
+        memcpy(to->d, from->d, size);
+    }
+    return 0;
+}
+
 int nsdf_sample_frame(const nsdf_sdf *sdf, const nsdf_surface *surface, const nsdf_sampler_params *params,
                       nsdf_random *random, nsdf_sample_set *set) {
     int result = nsdf_sample_set_create(set, params->count);

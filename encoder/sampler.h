@@ -34,6 +34,8 @@ int nsdf_sample_frame(const nsdf_sdf *sdf, const nsdf_surface *surface, const ns
                       nsdf_random *random, nsdf_sample_set *set);
 /* Room for `count` samples, of no values yet.  Returns 0, or -1 when memory ran out; the free is due then too. */
 int nsdf_sample_set_create(nsdf_sample_set *set, size_t count);
+/* A copy with arrays of its own.  Returns 0, or -1 when memory ran out; the free is due then too. */
+int nsdf_sample_set_copy(const nsdf_sample_set *from, nsdf_sample_set *to);
 void nsdf_sample_set_free(nsdf_sample_set *set);
 
 /* `count` points on the surface, uniform by area: xyz [count][3].  Returns 0, or -1 when memory ran out or the area

@@ -38,8 +38,13 @@ typedef struct {
     nsdf_encoder_error *error;
 } rounds;
 
-static nsdf_status verify_with(const rounds *r, float size) {
+static void sum_up(const rounds *r) {
     const uint32_t frames = r->job->frames->count;
+    *r->quality = nsdf_quality_of_checks(r->checks, frames, r->job->options->resolution);
+    *r->pieces = nsdf_pieces_of_checks(r->checks, frames);
+}
+
+static nsdf_status verify_with(const rounds *r, float size) {
     nsdf_buffer file = {NULL, 0, 0, 0};
     nsdf_status status = NSDF_NO_MEMORY;
     r->entry->smallest_piece = size;
@@ -48,10 +53,8 @@ static nsdf_status verify_with(const rounds *r, float size) {
     else
         (void)nsdf_encoder_fail(r->error, status, "out of memory");
     nsdf_buffer_free(&file);
-    if (status == NSDF_OK) {
-        *r->quality = nsdf_quality_of_checks(r->checks, frames, r->job->options->resolution);
-        *r->pieces = nsdf_pieces_of_checks(r->checks, frames);
-    }
+    if (status == NSDF_OK)
+        sum_up(r);
     return status;
 }
 
@@ -94,20 +97,64 @@ static double gain(const nsdf_frame_check *checks, const nsdf_frame_check *befor
     return asking + (tried > 0 ? others * left / tried : 0.0);
 }
 
+/* What verification found. */
+typedef struct {
+    nsdf_frame_check *checks;
+    nsdf_sample_set *strays;
+} findings;
+
+static void free_strays(nsdf_sample_set *strays, uint32_t frames) {
+    for (uint32_t f = 0; strays && f < frames; f++)
+        nsdf_sample_set_free(&strays[f]);
+}
+
+static void free_findings(findings *kept, uint32_t frames) {
+    free_strays(kept->strays, frames);
+    free(kept->strays);
+    free(kept->checks);
+}
+
+static int copy_findings(const rounds *r, uint32_t frames, findings *copy) {
+    copy->checks = malloc(frames * sizeof *copy->checks);
+    copy->strays = calloc(frames, sizeof *copy->strays);
+    int failed = !copy->checks || !copy->strays;
+    for (uint32_t f = 0; f < frames && !failed; f++) {
+        copy->checks[f] = r->checks[f];
+        failed = nsdf_sample_set_copy(&r->strays[f], &copy->strays[f]) != 0;
+    }
+    return failed ? -1 : 0;
+}
+
+/* The copies are used up. */
+static void take_back(const rounds *r, float size, uint32_t frames, findings *kept) {
+    free_strays(r->strays, frames);
+    for (uint32_t f = 0; f < frames; f++) {
+        r->checks[f] = kept->checks[f];
+        r->strays[f] = kept->strays[f];
+        kept->strays[f] = (nsdf_sample_set){0};
+    }
+    r->entry->smallest_piece = size;
+    sum_up(r);
+}
+
 /* Tries it on some frames, and takes it for all if they gain. */
 static nsdf_status try_size(const rounds *r, float first, float size) {
     const uint32_t frames = r->job->frames->count;
-    nsdf_frame_check *before = malloc(frames * sizeof *before);
-    if (!before)
-        return nsdf_encoder_fail(r->error, NSDF_NO_MEMORY, "out of memory");
-    memcpy(before, r->checks, frames * sizeof *before);
-    set_others(r->checks, before, frames, size);
-    nsdf_status status = verify_with(r, size);
-    if (status == NSDF_OK) {
-        set_others(r->checks, before, frames, first);
-        status = verify_with(r, gain(r->checks, before, frames) > 0.0 ? size : first);
+    findings before;
+    nsdf_status status = NSDF_NO_MEMORY;
+    if (copy_findings(r, frames, &before) == 0) {
+        set_others(r->checks, before.checks, frames, size);
+        status = verify_with(r, size);
+    } else {
+        (void)nsdf_encoder_fail(r->error, status, "out of memory");
     }
-    free(before);
+    if (status == NSDF_OK && gain(r->checks, before.checks, frames) > 0.0) {
+        set_others(r->checks, before.checks, frames, first);
+        status = verify_with(r, size);
+    } else if (status == NSDF_OK) {
+        take_back(r, first, frames, &before);
+    }
+    free_findings(&before, frames);
     return status;
 }
 
