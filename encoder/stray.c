@@ -197,11 +197,9 @@ static void look_at_cube(finder *f, uint32_t cube) {
 int nsdf_stray_room(nsdf_sample_set *hard) {
     if (hard->x)
         return 0;
-    hard->x = malloc(NSDF_MOST_HARD * sizeof(float));
-    hard->y = malloc(NSDF_MOST_HARD * sizeof(float));
-    hard->z = malloc(NSDF_MOST_HARD * sizeof(float));
-    hard->d = malloc(NSDF_MOST_HARD * sizeof(float));
-    return hard->x && hard->y && hard->z && hard->d ? 0 : -1;
+    const int failed = nsdf_sample_set_create(hard, NSDF_MOST_HARD);
+    hard->count = 0;
+    return failed;
 }
 
 /* Looks into the cubes of one frame that may hold some of the surface. */
