@@ -17,7 +17,7 @@ draco_grid() {
     done
 }
 
-# A few minutes in all on two cores.
+# Some ten minutes for a long sequence on two cores.
 settings_quick() {
     setting nsdf least --preset fast --blocks 160 --bones 8 --pose-step 1e-3 --coefficient-step 1.6e-3 \
         --motion-rate 5e-4
