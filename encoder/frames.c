@@ -109,6 +109,10 @@ nsdf_status nsdf_frames_set_box(nsdf_frames *frames, const double box_min[3], co
     return NSDF_OK;
 }
 
+uint32_t nsdf_frames_span(const nsdf_frames *frames) {
+    return frames->frames[frames->count - 1].number - frames->frames[0].number + 1;
+}
+
 uint32_t nsdf_frames_find(const nsdf_frames *frames, uint32_t number) {
     uint32_t i = 0;
     while (i < frames->count && frames->frames[i].number != number)

@@ -49,6 +49,9 @@ nsdf_status nsdf_frames_normalise(nsdf_frames *frames, double margin, nsdf_file_
 nsdf_status nsdf_frames_set_box(nsdf_frames *frames, const double box_min[3], const double box_max[3],
                                 nsdf_encoder_error *error);
 
+/* How many frames there are from the first number to the last, those that were not added among them. */
+uint32_t nsdf_frames_span(const nsdf_frames *frames);
+
 /* Index of the frame with a number; frames->count when it was not added. */
 uint32_t nsdf_frames_find(const nsdf_frames *frames, uint32_t number);
 
