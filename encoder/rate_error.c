@@ -21,6 +21,7 @@ static const double least_gain = 0.95;                       /* of the error, by
 static const double least_coarser = 0.25, least_finer = 0.1; /* of the level, to be worth another fit */
 static const double nearer = 0.99;                           /* of errors that miss, worth more bytes */
 static const double least_fall = 0.97, much_finer = 0.3;     /* of the error by such a factor, or it is of no use */
+static const double least_move = 0.01; /* of x, or errors on both sides of the one asked for are as near as they get */
 enum { MOST_TUNES = 9, TUNES_PER_CHECK = 2, MOST_REFITS = 2, MOST_CHECKS = 5, MOST_MENDS = 3, PATIENCE = 3 };
 
 void nsdf_error_search_init(nsdf_error_search *s, nsdf_rate_model *m) {
@@ -83,8 +84,15 @@ static nsdf_status hold(nsdf_error_search *s) {
 
 static nsdf_status note_trial(nsdf_error_search *s) {
     nsdf_rate_tried(&s->trials, s->m->now.x, s->m->now.quick);
-    s->close |= expected(s) <= 1.0;
     return hold(s);
+}
+
+/* Whether some trial of the fit at hand had the error, by what is now known of whole errors: tuning leads there. */
+static int is_close(const nsdf_error_search *s) {
+    for (uint32_t i = 0; i < s->trials.count; i++)
+        if (s->trials.error[i] * s->whole_by_quick <= s->m->base.target_error)
+            return 1;
+    return 0;
 }
 
 static nsdf_status fit_at(nsdf_error_search *s, double level) {
@@ -95,7 +103,7 @@ static nsdf_status fit_at(nsdf_error_search *s, double level) {
         return status;
     nsdf_rate_curve_add(&s->fits, s->m->now.level, s->m->now.quick);
     s->fit = ++s->fits_made;
-    s->close = 0;
+    s->fit_mends = 0;
     s->trials.count = 0;
     return note_trial(s);
 }
@@ -114,11 +122,14 @@ static nsdf_status tune(nsdf_error_search *s, double x, double share) {
     return status == NSDF_OK ? note_trial(s) : status;
 }
 
-/* Goes on with the samples of pieces astray; what was tried without them no longer counts. */
+/* Goes on with the samples of pieces astray; what was tried without them no longer counts, nor do whole errors that
+ * were lower since some frames had more of them than most. */
 static nsdf_status mend(nsdf_error_search *s) {
     const int fresh = s->trials.count == 1;
     s->mends++;
+    s->fit_mends++;
     s->trials.count = 0;
+    s->whole_by_quick = fmax(s->whole_by_quick, 1.0);
     const nsdf_status status = tune(s, s->m->now.x, NSDF_MEND_SHARE);
     if (fresh)
         nsdf_rate_curve_add(&s->fits, s->m->now.level, s->m->now.quick);
@@ -131,12 +142,11 @@ static void take_held(nsdf_error_search *s) {
     if (s->held_fit != s->fit)
         s->trials = s->held_trials;
     s->fit = s->held_fit;
-    s->close = 1;
 }
 
 /* Whether the error is that of surface where there should be none; then neither level nor x tell much. */
 static int is_astray(const nsdf_error_search *s) {
-    return s->m->now.back_by_decoded > NSDF_ASTRAY && expected(s) > 1.0 && s->mends < MOST_MENDS;
+    return s->m->now.back_by_decoded > NSDF_ASTRAY && expected(s) > 1.0 && s->fit_mends < MOST_MENDS;
 }
 
 /* ---- The search ------------------------------------------------------------------------------------------- */
@@ -144,14 +154,14 @@ static int is_astray(const nsdf_error_search *s) {
 /* Tuning will not get the error down to the one asked for: errors follow x only so far. */
 static int is_lost(const nsdf_error_search *s, double next) {
     const double ratio = expected(s);
-    return ratio > 1.0 && !s->close &&
+    return ratio > 1.0 && !is_close(s) &&
            (ratio > error_hopeless || next < -NSDF_RATE_MOST_X || s->trials.count > PATIENCE);
 }
 
 /* Finer steps did not bring the error down any more. */
 static int is_of_no_use(const nsdf_error_search *s) {
     const nsdf_rate_trials *t = &s->trials;
-    return expected(s) > 1.0 && !s->close && t->count > 1 && t->x[0] < t->x[1] - much_finer &&
+    return expected(s) > 1.0 && !is_close(s) && t->count > 1 && t->x[0] < t->x[1] - much_finer &&
            t->error[0] > least_fall * t->error[1];
 }
 
@@ -159,7 +169,7 @@ static int is_of_no_use(const nsdf_error_search *s) {
  * another fit has others. */
 static int is_wasteful(const nsdf_error_search *s) {
     const double ratio = expected(s);
-    if (s->mends > 0)
+    if (s->fit_mends > 0)
         return 0;
     return s->trials.count == 1 ? ratio < error_wasteful : ratio < error_accepted && s->m->now.x >= NSDF_RATE_MOST_X;
 }
@@ -191,7 +201,8 @@ static nsdf_status one_round(nsdf_error_search *s, int *done) {
         take_held(s);
         return hold(s);
     }
-    *done = s->tunes >= MOST_TUNES + TUNES_PER_CHECK * s->checks || fabs(x - s->m->now.x) < 1e-9 || is_of_no_use(s);
+    *done =
+        s->tunes >= MOST_TUNES + TUNES_PER_CHECK * s->checks || fabs(x - s->m->now.x) < least_move || is_of_no_use(s);
     if (*done)
         return NSDF_OK;
     s->tunes++;

@@ -10,11 +10,11 @@ typedef struct nsdf_error_search {
     nsdf_rate_curve probes, fits;                   /* errors at levels, by x = 0 */
     nsdf_rate_trials trials;                        /* of the fit at hand */
     double whole_by_quick;                          /* error of all frames as a multiple of that of some */
-    int close;                                      /* some trial had the error: tuning leads there */
     uint32_t fit, fits_made, refits, tunes, checks; /* fit: the number of the one at hand */
     nsdf_rate_copy held; /* has the error by quick measure, with the fewest bytes since approaching began */
     uint32_t mends;      /* rounds with samples of the pieces astray that verification found */
-    uint64_t verified;   /* m->steps when it did */
+    uint32_t fit_mends;  /* those of the fit at hand */
+    uint64_t verified;   /* m->steps when verification did */
     uint32_t held_fit;
     int held_is_sure;             /* verification will hardly refuse it */
     nsdf_rate_trials held_trials; /* of that fit */

@@ -1,4 +1,4 @@
-/* Blocks of a given size, after verification found surface astray. */
+/* Blocks of a given size or error, after verification. */
 #include <stdarg.h>
 #include <stddef.h>
 #include <stdint.h>
@@ -21,7 +21,7 @@ typedef struct {
     nsdf_sample_set strays[SAMPLE_FRAMES];
 } sized;
 
-static void start_sized(sized *s) {
+static void start_target(sized *s, uint64_t size, double error) {
     memset(s, 0, sizeof *s);
     s->x = two_balls(40, 4, 2);
     make_fit(&s->f, &s->x, STEPS);
@@ -29,12 +29,17 @@ static void start_sized(sized *s) {
     s->f.options.blocks = 40;
     s->f.options.bones = 4;
     s->f.options.block_degree = 2;
-    s->f.options.target_size = SIZE;
+    s->f.options.target_size = size;
+    s->f.options.target_error = error;
     s->f.options.verify = 1;
-    const nsdf_rate_job job = {s->f.job, SIZE, &s->x.frames, {0}, &s->stats};
+    const nsdf_rate_job job = {s->f.job, size, &s->x.frames, {0}, &s->stats};
     s->rate = nsdf_rate_blocks_create(&job);
     assert_non_null(s->rate);
     assert_int_equal(nsdf_rate_blocks_fit(s->rate, &s->model, &s->result, &s->error), NSDF_OK);
+}
+
+static void start_sized(sized *s) {
+    start_target(s, SIZE, 0.0);
 }
 
 static void end_sized(sized *s) {
@@ -124,12 +129,33 @@ static void test_mending_ends(void **state) {
     end_sized(&s);
 }
 
+static int count_rounds(const sized *s, nsdf_rate_kind kind) {
+    int count = 0;
+    for (uint32_t i = 0; i < s->stats.round_count; i++)
+        count += s->stats.rounds[i].kind == kind;
+    return count;
+}
+
+/* Some frames had the error, but all of them are so far from it that finer steps will not do. */
+static void test_what_verification_refuses_is_fitted_anew(void **state) {
+    const double target = 0.02;
+    sized s;
+    (void)state;
+    start_target(&s, 0, target);
+    assert_int_equal(count_rounds(&s, NSDF_RATE_FIT), 1);
+    assert_true(last_round(&s).error <= target);
+    const uint32_t blocks = s.model.desc.block_count;
+    assert_int_equal(judge(&s, 3.0 * target, 3.0 * target), 1);
+    assert_true(count_rounds(&s, NSDF_RATE_FIT) > 1);
+    assert_true(s.model.desc.block_count > blocks);
+    end_sized(&s);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_surface_in_its_place_needs_nothing),
-        cmocka_unit_test(test_mending_keeps_the_size),
-        cmocka_unit_test(test_what_mending_made_worse_comes_back),
-        cmocka_unit_test(test_mending_ends),
+        cmocka_unit_test(test_surface_in_its_place_needs_nothing),       cmocka_unit_test(test_mending_keeps_the_size),
+        cmocka_unit_test(test_what_mending_made_worse_comes_back),       cmocka_unit_test(test_mending_ends),
+        cmocka_unit_test(test_what_verification_refuses_is_fitted_anew),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
