@@ -13,7 +13,7 @@
 
 #include "../make_file.h"
 
-enum { RESOLUTION = 48, FILES = 30 };
+enum { RESOLUTION = 48, FILES = 10 };
 static const float limit = 0.3f;
 
 /* A random network with several pieces, of which smaller ones than `smallest` are left out. */
@@ -132,6 +132,150 @@ static void test_verification_finds_what_was_left_out(void **state) {
     assert_true(lost > 1);
 }
 
+/* ---- A size that is tried ----------------------------------------------------------------------------------- */
+
+enum { SHOWN = 3, TRIED_FILES = 4 };
+static const float away = 0.03f;
+
+/* A segment with its input: all pieces that the model has in the first frames, only the large ones in the others, and
+ * in the last frame a little away from where they are, so that there is surface astray whatever the size. */
+typedef struct {
+    made_file file;
+    nsdf_coded_segment segment;
+    nsdf_frame frames[SHOWN];
+    nsdf_frames all;
+    nsdf_encoder_options options;
+    nsdf_check_job job;
+    nsdf_workers *workers;
+} checked;
+
+static nsdf_surface pieces_at(const checked *c, nsdf_decoder *decoder, uint32_t frame, uint32_t all) {
+    nsdf_mesh_options options;
+    nsdf_surface surface;
+    nsdf_mesh *mesh = NULL;
+    double time = 0.0;
+    nsdf_mesh_options_init(&options);
+    options.all_pieces = all;
+    assert_int_equal(nsdf_frame_time(decoder, frame, &time), NSDF_OK);
+    assert_int_equal(nsdf_extract_mesh(decoder, time, &options, &mesh), NSDF_OK);
+    assert_int_equal(nsdf_decoded_surface(&c->file.header, mesh, &surface), 0);
+    nsdf_mesh_free(&mesh);
+    return surface;
+}
+
+static nsdf_buffer assemble(const checked *c, float size) {
+    nsdf_buffer bytes = {NULL, 0, 0, 0};
+    nsdf_index_entry entry = {.smallest_piece = size};
+    assert_int_equal(nsdf_assemble_file(&c->file.header, &entry, &c->segment, NULL, &bytes), 0);
+    return bytes;
+}
+
+static void start_checked(checked *c, uint64_t seed, uint32_t whole) {
+    nsdf_decoder *decoder = NULL;
+    memset(c, 0, sizeof *c);
+    make_segment(&c->file, 0, MAKE_SPLINE, NSDF_ENTROPY_RANGE, 4, 24, &seed, &c->segment.payload);
+    make_header(&c->file.header, SHOWN, 1);
+    c->file.header.default_resolution = RESOLUTION;
+    c->segment.hash = c->file.entries[0].parameter_hash;
+    nsdf_buffer bytes = assemble(c, limit);
+    assert_int_equal(nsdf_open_memory(&decoder, bytes.data, bytes.size, NULL, NULL), NSDF_OK);
+    for (uint32_t f = 0; f < SHOWN; f++) {
+        c->frames[f].number = f;
+        c->frames[f].surface = pieces_at(c, decoder, f, f < whole);
+    }
+    for (size_t v = 0; v < c->frames[SHOWN - 1].surface.vertex_count; v++)
+        c->frames[SHOWN - 1].surface.positions[3 * v] += away;
+    nsdf_close(&decoder);
+    nsdf_buffer_free(&bytes);
+    nsdf_encoder_options_init(&c->options, NSDF_PRESET_FAST);
+    c->options.resolution = RESOLUTION;
+    c->all = (nsdf_frames){.frames = c->frames, .count = SHOWN};
+    c->job = (nsdf_check_job){&c->all, &c->file.header, &c->options, NULL, NULL, 0.0, &c->all};
+    c->workers = nsdf_workers_create(1);
+}
+
+static void end_checked(checked *c) {
+    for (uint32_t f = 0; f < SHOWN; f++)
+        nsdf_surface_free(&c->frames[f].surface);
+    nsdf_buffer_free(&c->segment.payload);
+    nsdf_workers_free(c->workers);
+    free_file(&c->file);
+}
+
+static void free_strays(nsdf_sample_set *strays) {
+    for (uint32_t f = 0; f < SHOWN; f++)
+        nsdf_sample_set_free(&strays[f]);
+}
+
+/* What verification says of the file with a size; returns the error of both ways.  `points`: of strays. */
+static double verify_size(const checked *c, float size, nsdf_quality_record *quality, size_t *points) {
+    nsdf_sample_set strays[SHOWN] = {{0}};
+    nsdf_frame_check checks[SHOWN] = {{.is_done = false}};
+    nsdf_buffer bytes = assemble(c, size);
+    nsdf_encoder_error error;
+    assert_int_equal(nsdf_verify_file(&c->job, c->workers, &bytes, checks, strays, &error), NSDF_OK);
+    *quality = nsdf_quality_of_checks(checks, SHOWN, RESOLUTION);
+    *points = 0;
+    for (uint32_t f = 0; f < SHOWN; f++)
+        *points += strays[f].count;
+    free_strays(strays);
+    nsdf_buffer_free(&bytes);
+    return quality->mean[0] + quality->mean[1];
+}
+
+/* Whether another size was taken for the segment; -1 when none was asked for. */
+static int try_another(const checked *c) {
+    nsdf_sample_set strays[SHOWN] = {{0}};
+    nsdf_index_entry entry = {.smallest_piece = limit};
+    nsdf_quality_record found, first, other, *right;
+    nsdf_piece_report pieces;
+    nsdf_encoder_error error;
+    float size = limit;
+    size_t points[2], count = 0;
+    const double before = verify_size(c, limit, &first, &points[0]);
+    assert_int_equal(nsdf_verify_segment(&c->job, c->workers, &c->segment, &entry, &found, &pieces, strays, &error),
+                     NSDF_OK);
+    const int taken = entry.smallest_piece < limit;
+    if (taken)
+        size = entry.smallest_piece;
+    else
+        (void)nsdf_suit_smallest_piece(&pieces, &c->all, &c->options, &size);
+    const double after = verify_size(c, size, &other, &points[1]);
+    right = taken ? &other : &first;
+    assert_true(taken ? after < before : !(after < before));
+    assert_memory_equal(found.mean, right->mean, sizeof found.mean);
+    assert_memory_equal(found.max, right->max, sizeof found.max);
+    for (uint32_t f = 0; f < SHOWN; f++)
+        count += strays[f].count;
+    assert_int_equal(count, points[taken]);
+    assert_true(count > 0);
+    free_strays(strays);
+    return size < limit ? taken : -1;
+}
+
+static int has_surfaces(const checked *c) {
+    for (uint32_t f = 0; f < SHOWN; f++)
+        if (c->frames[f].surface.triangle_count == 0)
+            return 0;
+    return 1;
+}
+
+/* A smaller size brings back what the first frames lost, and with it what the others should not have. */
+static void test_another_size_is_taken_where_it_makes_the_whole_better(void **state) {
+    uint32_t taken = 0, refused = 0;
+    (void)state;
+    for (uint32_t i = 0; i < TRIED_FILES; i++) {
+        checked c;
+        start_checked(&c, i + 1, 1 + i % 2);
+        const int answer = has_surfaces(&c) ? try_another(&c) : -1;
+        taken += answer == 1;
+        refused += answer == 0;
+        end_checked(&c);
+    }
+    assert_true(taken > 0);
+    assert_true(refused > 0);
+}
+
 /* ---- Pieces astray ------------------------------------------------------------------------------------------ */
 
 /* With fewer triangles, a hole in a piece would be a large part of it. */
@@ -227,6 +371,7 @@ int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_pieces_at_the_surface_are_found),
         cmocka_unit_test(test_verification_finds_what_was_left_out),
+        cmocka_unit_test(test_another_size_is_taken_where_it_makes_the_whole_better),
         cmocka_unit_test(test_a_piece_is_astray_but_not_for_a_few_vertices),
         cmocka_unit_test(test_the_options_have_the_last_word),
     };
