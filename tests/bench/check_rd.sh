@@ -23,6 +23,7 @@ give_up() {
 # bench STEPS OPTION...: a run whose second NSDF setting takes this many steps.
 bench() {
     cat >"$work/settings.sh" <<END
+resolution=32
 settings_full() {
     tiny="--layers 2 --batch-points 256 --samples 4000 --resolution 24"
     setting nsdf small \$tiny --width 8 --steps 200

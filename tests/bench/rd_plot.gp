@@ -39,7 +39,7 @@ do for [name in sequences] {
             set ytics auto
             set ylabel "PSNR D2, dB"
             value = "psnr_d2"
-            set key top left Left reverse samplen 1.5 spacing 1.0
+            set key bottom right Left reverse samplen 1 spacing 0.9 width -5 font ",8"
         } else {
             set logscale y
             set ytics ("2e-5" 2e-5, "5e-5" 5e-5, "1e-4" 1e-4, "2e-4" 2e-4, "5e-4" 5e-4, "1e-3" 1e-3, "2e-3" 2e-3, \
