@@ -20,10 +20,11 @@ give_up() {
     exit 1
 }
 
-# bench STEPS OPTION...: a run whose second NSDF setting takes this many steps.
+# bench STEPS OPTION...: a run whose second NSDF setting takes this many steps, decoded at `resolution`.
+resolution=32
 bench() {
     cat >"$work/settings.sh" <<END
-resolution=32
+resolution=$resolution
 settings_full() {
     tiny="--layers 2 --batch-points 256 --samples 4000 --resolution 24"
     setting nsdf small \$tiny --width 8 --steps 200
@@ -67,4 +68,7 @@ bench 310
 bench 310 --codecs draco --force
 [ "$(measured)" = 3 ] || give_up "--codecs draco --force measured $(measured) points, not 3"
 [ "$(wc -l <"$work/out/results.csv")" = 6 ] || give_up "the points of the other codec are gone"
+resolution=24
+bench 310
+[ "$(measured)" = 2 ] || give_up "$(measured) points were measured at another resolution, not those of NSDF"
 echo "points, chart and second runs are right"
